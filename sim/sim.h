@@ -1,0 +1,206 @@
+// The simulator: traces, recording, machines, replay, results. One way through:
+//
+//   mesh, scene --record_scenes--> trace file --trace_open--> fragments --replay_run--> run_result --result_write_json-->
+//
+// Stages do not include each other; they meet here. Every pointer that a call hands out says who frees it.
+// Unless a call says otherwise, it returns STATUS_OK or says why through `report` and leaves its outputs NULL.
+#ifndef ROPSIM_SIM_H
+#define ROPSIM_SIM_H
+
+#include "../isa/isa.h"
+
+#define ROPSIM_VERSION "0.1.0"
+
+// ---- Traces (sim/trace) --------------------------------------------------------------------------------
+
+enum { TRACE_SIZE_MAX = 32768, TRACE_SAMPLES_MAX = 16, TRACE_DRAWS_MAX = 65536 };
+
+typedef struct trace_draw {
+    char name[NAME_SIZE];
+    draw_class class;
+    uint64_t triangles, vertices, fragments;
+} trace_draw;
+
+// What is known of a trace before its fragments.
+typedef struct trace_info {
+    uint32_t width, height, samples;                 // pixels, pixels, samples a pixel: 1, 2, 4, 8 or 16
+    int16_t sample_positions[TRACE_SAMPLES_MAX][2];  // x, y from the pixel's centre in 1/256 pixel, y down
+    float background[4];                             // straight RGBA
+    bool nonfinite;       // infinities and NaN are allowed in depth and colour
+    bool reversed_depth;  // the device stored 1 - depth; depth in the trace is 0 at the near plane all the same
+    int depth_bits;       // 64, or 32: every depth is a float
+    trace_draw *draws;
+    uint32_t draw_count;
+    uint64_t fragment_count;
+    char hash[33];        // XXH3-128 of the content, in hex; the same for the text and the binary form
+} trace_info;
+
+// Sets D3D11.3's standard positions for `samples` of 1, 2, 4, 8 or 16 (19.2.4.1).
+void trace_standard_positions(trace_info *info);
+
+// A run of fragments of one draw in raster order, one array a column.
+typedef struct fragments {
+    uint32_t draw;   // index into trace_info.draws
+    uint32_t count;
+    const uint16_t *x, *y;
+    const uint8_t *sample;
+    const double *depth;   // 0 nearest, 1 farthest
+    const float *rgba[4];  // straight
+    const uint32_t *primitive;
+} fragments;
+
+typedef struct trace trace;
+// Opens .ropt or .rtxt, by content. Checks the header, the index and (text) every line; fragments of the
+// binary form are checked as they are read.
+status trace_open(const char *path, const report *report, trace **trace);
+void trace_close(trace *trace);
+const trace_info *trace_get_info(const trace *trace);
+// The next run, in raster order; count 0 at the end. The arrays belong to the trace until the next call.
+status trace_next(trace *trace, fragments *fragments);
+status trace_rewind(trace *trace);
+// From the next rewind on, runs without any fragment in pixels [x0, x1) x [y0, y1) may be left out.
+void trace_select(trace *trace, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1);
+
+typedef struct trace_writer trace_writer;
+// Writes aside and renames into place in trace_finish. `info`: size, samples, positions, background, flags;
+// draws and counts come from what is written. Ending .rtxt: text; else binary.
+status trace_create(const char *path, const trace_info *info, const report *report, trace_writer **writer);
+status trace_begin_draw(trace_writer *writer, const char *name, draw_class class);
+status trace_append(trace_writer *writer, const fragments *fragments);  // fragments->draw is ignored
+status trace_end_draw(trace_writer *writer, uint64_t triangles, uint64_t vertices);
+status trace_finish(trace_writer *writer, char hash[33]);  // frees the writer, also on failure
+void trace_abandon(trace_writer *writer);                   // frees it and leaves no file; NULL is fine
+
+// Reads every byte and checks every rule.
+status trace_check(const char *path, const report *report);
+
+// ---- Meshes and pictures (sim/io) ----------------------------------------------------------------------
+
+// A triangle soup as the file has it: polygons triangulated in fan order, nothing merged or dropped but what
+// `dropped_faces` counts (fewer than three distinct corners, or an index or coordinate that is not there).
+typedef struct mesh {
+    float (*positions)[3];
+    uint32_t vertex_count;
+    uint32_t (*triangles)[3];
+    uint32_t triangle_count;
+    uint32_t *face_of_triangle;    // the file's face number
+    float (*vertex_normals)[3];    // from the file, else area-weighted
+    float (*vertex_colors)[4];     // NULL if the file has none; straight RGBA in [0, 1]
+    float (*face_colors)[4];       // NULL if the file has none; indexed by triangle
+    uint32_t face_count, dropped_faces;
+} mesh;
+
+// Loads OBJ, PLY, OFF, STL or OM. Thread-safe. Free with mesh_destroy.
+status mesh_load(const char *path, const report *report, mesh **mesh);
+void mesh_destroy(mesh *mesh);
+
+// Writes linear RGB floats, row by row from the top. Ending .exr or .pfm: as they are; .png: 8-bit sRGB.
+status image_write_rgb(const char *path, uint32_t width, uint32_t height, const float *rgb, const report *report);
+
+// ---- Recording (sim/raster) ----------------------------------------------------------------------------
+
+typedef struct camera {
+    bool ortho;
+    double fov_degrees;               // vertical, perspective
+    double ortho_height;              // of the view in world units; 0: fit
+    double eye[3], target[3], up[3];
+    bool eye_set, target_set, up_set; // what is not set is fitted to the scene
+    double near, far;                 // distances along the view; 0: fit
+    bool reverse_z;
+} camera;
+
+typedef enum triangle_order { ORDER_NONE, ORDER_FRONT, ORDER_BACK, ORDER_BUCKET, ORDER_SHUFFLE } triangle_order;
+
+typedef struct record_options {
+    uint32_t width, height, samples;
+    camera camera;
+    double alpha;                     // of surfaces without an alpha of their own
+    float background[4];
+    triangle_order order;
+    uint64_t order_parameter;         // buckets or seed
+} record_options;
+
+void record_defaults(record_options *options);
+// Records scenes (see interfaces of `ropsim record`: [class:]FILE or [class:]scene:NAME,key=value...) to a trace.
+status record_scenes(const char *const *scenes, int scene_count, const record_options *options, const char *path,
+                     const report *report);
+
+// ---- Machines ------------------------------------------------------------------------------------------
+
+typedef struct machine {
+    char name[NAME_SIZE];
+#define PARAM_INT(key, min, max, unit, meaning) int64_t key;
+#define PARAM_BOOL(key, meaning) bool key;
+#define PARAM_FORMAT(key, class, meaning) format key;
+#define PARAM_CHOICE(key, words, meaning) int key;
+#define PARAM_SET(key, table, meaning) uint32_t key;
+#include "params.def"
+#undef PARAM_INT
+#undef PARAM_BOOL
+#undef PARAM_FORMAT
+#undef PARAM_CHOICE
+#undef PARAM_SET
+} machine;
+
+// Loads a shipped machine by name or a machine file by path (a name with a '/' or an ending .yaml).
+status machine_load(const char *name, const report *report, machine *machine);
+status machine_set(machine *machine, const char *assignment, const report *report);  // "key=value"
+status machine_print(const machine *machine, FILE *out);                             // a machine file again
+void machine_hash(const machine *machine, char hash[33]);                            // of all values, not of the name
+void machine_limits(const machine *machine, rop_limits *limits);
+// Paths of shipped things: programs/ and sim/machines/ of the source tree or of the installation.
+status data_path(const char *folder, const char *name, char *path, size_t size);
+
+// ---- Replay (sim/replay) -------------------------------------------------------------------------------
+
+typedef struct run_options {
+    int threads;               // 0: one a processor
+    int vector_bytes;          // 0: the widest
+    uint64_t max_iterations;   // of each repeat; 0: the program's limit, else 2 * deepest sample + 16
+    double occlusion_ratio;    // negative: the program's
+    uint64_t memory_bytes;     // budget of the bins; 0: 4 GiB. A trace that needs more is replayed in bands.
+    bool reference;            // also compute the exact result and the error
+} run_options;
+
+typedef struct plane_result {
+    char name[NAME_SIZE];
+    format format;
+    uint64_t bytes_read, bytes_written;   // at the ROP by kernels, before any cache
+    uint64_t texture_bytes_read;          // by the fragment shader's range clip
+} plane_result;
+
+typedef struct error_result {
+    bool exact;                // max_abs <= 1e-5
+    double max_abs, rmse;      // over the R, G and B of all samples
+    double psnr_db;            // peak 1; infinity if rmse is 0
+    uint64_t samples_wrong;    // samples with a component off by more than 1e-5
+} error_result;
+
+typedef struct run_result {
+    char program[NAME_SIZE], machine[NAME_SIZE], machine_hash[33], trace_hash[33];
+    uint32_t width, height, samples;
+    uint64_t geometry_passes, passes_by_class[CLASS_COUNT], fullscreen_passes;
+    uint64_t iterations;               // executions of the repeat bodies, the last empty one included
+    bool iteration_limit_reached;
+    uint64_t fragments_in_trace, fragments_replayed, fragments_composited;
+    uint64_t deepest_sample;           // most transparent fragments at one sample
+    plane_result planes[PLANE_MAX];
+    int plane_count;
+    error_result error;                // if options.reference
+    bool error_known;
+    double wall_seconds, fragments_per_second;   // of the replay itself
+    float *image;                      // width * height * 3, samples averaged, over the background
+    float *sample_rgb;                 // width * height * samples * 3, before averaging
+} run_result;
+
+status replay_run(const program *program, const machine *machine, trace *trace, const run_options *options,
+                  const report *report, run_result **result);
+void result_destroy(run_result *result);
+
+// ---- Results (sim/report) ------------------------------------------------------------------------------
+
+// The object of `ropsim run --json`; `trace_path` as the user gave it. Written aside and renamed.
+status result_write_json(const run_result *result, const char *trace_path, const char *path, const report *report);
+status result_print(const run_result *result, FILE *out);
+
+#endif
