@@ -37,9 +37,9 @@ typedef struct report {
 } report;
 
 #if defined(__GNUC__)
-#define PRINTF_LIKE(format, first) __attribute__((format(printf, format, first)))
+#define PRINTF_LIKE(text, first) __attribute__((format(printf, text, first)))
 #else
-#define PRINTF_LIKE(format, first)
+#define PRINTF_LIKE(text, first)
 #endif
 
 // Says a message and returns `result`, so that a failing function ends with `return report_error(...)`.
