@@ -96,6 +96,8 @@ void mesh_destroy(mesh *mesh);
 
 // Writes linear RGB floats, row by row from the top. Ending .exr or .pfm: as they are; .png: 8-bit sRGB.
 status image_write_rgb(const char *path, uint32_t width, uint32_t height, const float *rgb, const report *report);
+// Reads it back: .exr and .pfm as they are, .png from 8-bit sRGB to linear. Free *rgb with free().
+status image_read_rgb(const char *path, const report *report, uint32_t *width, uint32_t *height, float **rgb);
 
 // ---- Recording (sim/raster) ----------------------------------------------------------------------------
 
@@ -146,10 +148,28 @@ typedef struct machine {
 status machine_load(const char *name, const report *report, machine *machine);
 status machine_set(machine *machine, const char *assignment, const report *report);  // "key=value"
 status machine_print(const machine *machine, FILE *out);                             // a machine file again
+status machine_print_keys(FILE *out);                                                // every key, as a Markdown table
 void machine_hash(const machine *machine, char hash[33]);                            // of all values, not of the name
 void machine_limits(const machine *machine, rop_limits *limits);
-// Paths of shipped things: programs/ and sim/machines/ of the source tree or of the installation.
+
+// ---- Files and words -----------------------------------------------------------------------------------
+
+// The path of a shipped file: `folder` is programs or machines, `name` has its ending ("" : the folder).
+// Looked up in $ROPSIM_DATA, the installation, the source tree. Says nothing when it is not there.
 status data_path(const char *folder, const char *name, char *path, size_t size);
+// Stems of the shipped files of a folder with that ending, sorted; at most `max`. Returns how many.
+int data_names(const char *folder, const char *ending, char (*names)[NAME_SIZE], int max);
+
+// The word of a list that is closest to `word`, for "did you mean"; NULL if none is close.
+const char *nearest_word(const char *word, const char *const *words, size_t count);
+
+// A file written aside and renamed into place by aside_finish, so that nobody sees half a result.
+typedef struct aside aside;
+status aside_open(const char *path, const report *report, aside **aside, FILE **file);  // `file` is the aside's
+status aside_create(const char *path, const report *report, aside **aside);  // for who opens aside_path itself
+const char *aside_path(const aside *aside);
+status aside_finish(aside *aside);   // closes, renames and frees; on failure no file stays
+void aside_discard(aside *aside);    // frees it and leaves no file; NULL is fine
 
 // ---- Replay (sim/replay) -------------------------------------------------------------------------------
 

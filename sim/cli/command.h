@@ -12,4 +12,39 @@
 // Messages to stderr, progress to stderr when it is a terminal or when --progress was given.
 extern const report command_report;
 
+// One option of a sub-command. A table of them, ended by a row without a name, gives parser and --help.
+typedef struct command_option {
+    const char *name;      // "threads", given as --threads N or --threads=N
+    char letter;           // 'o' for -o as well; 0: none
+    const char *argument;  // "N"; NULL: a switch
+    const char *help;      // what it does, its unit, its default
+} command_option;
+
+// A walk over a sub-command's words:
+//
+//   command_line line = {.argc = argc, .argv = argv, .options = table};
+//   for (int option; (option = command_next(&line)) != COMMAND_END;)
+//       option is a row of the table or COMMAND_OPERAND, line.value its text; or COMMAND_HELP (help was
+//       printed: return STATUS_OK) or COMMAND_ERROR (was said: return STATUS_USAGE)
+enum { COMMAND_END = -1, COMMAND_OPERAND = -2, COMMAND_HELP = -3, COMMAND_ERROR = -4 };
+typedef struct command_line {
+    int argc;
+    char **argv;
+    const command_option *options;
+    int index;             // of the last word taken
+    const char *value;
+    bool operands_only;    // after --
+} command_line;
+int command_next(command_line *line);
+
+// Strict readers of an option's value; false after saying what is accepted.
+bool command_uint(const char *option, const char *text, uint64_t min, uint64_t max, uint64_t *value);
+bool command_double(const char *option, const char *text, double min, double max, double *value);
+
+// Says that the words are off, names `ropsim COMMAND --help`, returns STATUS_USAGE.
+status command_usage(const char *command, const char *why);
+
+// The path of a program: as given if it is a path (a '/' or the ending .rop), else the stem of a shipped one.
+status command_program_path(const char *name, char *path, size_t size);
+
 #endif
