@@ -235,9 +235,9 @@ typedef struct pass_decl {
 typedef struct kernel_decl {
     char name[NAME_SIZE];
     bool fullscreen;            // once a sample, no fragment inputs
-    bool is_pass;               // declared as fixed-function state; `words` is its lowering
+    bool is_pass;               // declared as fixed-function state
     pass_decl pass;
-    uint32_t words[WORD_MAX];
+    uint32_t words[WORD_MAX];   // empty for a pass: bind_program lowers it for the machine
     int word_lines[WORD_MAX];   // source line of each word, 0 if it came from words
     int word_count;
     int line;

@@ -1,0 +1,79 @@
+// Scalar operations that have no vector form. Own arithmetic instead of the C library's powf, whose last
+// bit depends on the library's version and the processor.
+#include "execute_math.h"
+
+#include <math.h>
+#include <string.h>
+
+static float as_float(uint32_t bits)
+{
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+static uint32_t as_bits(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+// log2 of a finite x > 0, to about 1e-16 relative: x = 2^e m with m in [sqrt 1/2, sqrt 2), and the
+// series of log((1 + t) / (1 - t)) with t = (m - 1) / (m + 1), |t| < 0.172.
+static double log2_of(double x)
+{
+    int exponent;
+    double m = frexp(x, &exponent);
+    if (m < 0.70710678118654752440) {
+        m *= 2.0;
+        exponent--;
+    }
+    const double t = (m - 1.0) / (m + 1.0), t2 = t * t;
+    double sum = 0.0;
+    for (int k = 23; k >= 1; k -= 2)
+        sum = sum * t2 + 1.0 / k;
+    return exponent + 2.0 * t * sum * 1.44269504088896340736;
+}
+
+// 2 to the power y for |y| <= 1000: Taylor's series of exp on [-ln 2 / 2, ln 2 / 2].
+static double exp2_of(double y)
+{
+    const double whole = floor(y + 0.5), x = (y - whole) * 0.69314718055994530942;
+    double sum = 1.0;
+    for (int k = 14; k >= 1; k--)
+        sum = 1.0 + sum * x / k;
+    return ldexp(sum, (int)whole);
+}
+
+uint32_t execute_fpow(uint32_t a, uint32_t b)
+{
+    const double x = (double)as_float(a), y = (double)as_float(b);
+    if (y == 0.0 || x == 1.0)
+        return as_bits(1.0f);
+    if (isnan(x) || isnan(y) || x < 0.0)
+        return 0x7fc00000u;
+    if (x == 0.0 || isinf(x) || isinf(y))
+        return as_bits((x < 1.0) == (y > 0.0) ? 0.0f : INFINITY);
+    double power = y * log2_of(x);
+    power = power > 1000.0 ? 1000.0 : power < -1000.0 ? -1000.0 : power;
+    return as_bits((float)exp2_of(power));
+}
+
+uint32_t execute_ftou(uint32_t a)
+{
+    const float value = as_float(a);
+    if (!(value > 0.0f))
+        return 0;
+    return value >= 4294967296.0f ? UINT32_MAX : (uint32_t)value;
+}
+
+uint32_t execute_utof(uint32_t a)
+{
+    return as_bits((float)a);
+}
+
+uint32_t execute_ztof(format format, uint32_t code, bool reversed)
+{
+    return as_bits((float)format_code_to_depth(format, code, reversed));
+}
