@@ -47,4 +47,15 @@ status command_usage(const char *command, const char *why);
 // The path of a program: as given if it is a path (a '/' or the ending .rop), else the stem of a shipped one.
 status command_program_path(const char *name, char *path, size_t size);
 
+#define COMMAND_DEFAULT_MACHINE "programmable"
+enum { COMMAND_THREADS_MAX = 1024 };
+
+// The machine `name` (NULL: the default) with every --set of the words on top; `set_row` is --set's row.
+status command_find_machine(const char *name, int argc, char **argv, const command_option *options, int set_row,
+                            machine *machine);
+
+// Assembles the program, verifies it against the machine and replays the trace. Free with result_destroy.
+status command_replay(const char *name, const machine *machine, trace *trace, const run_options *options,
+                      run_result **result);
+
 #endif

@@ -21,17 +21,6 @@ static int list_machines(void)
     return STATUS_OK;
 }
 
-static status apply_settings(int argc, char **argv, machine *machine)
-{
-    command_line line = {.argc = argc, .argv = argv, .options = options};
-    status result = STATUS_OK;
-    for (int option; result == STATUS_OK && (option = command_next(&line)) != COMMAND_END;) {
-        if (option == ROW_SET)
-            result = machine_set(machine, line.value, &command_report);
-    }
-    return result;
-}
-
 int command_machine(int argc, char **argv)
 {
     const char *name = NULL;
@@ -56,9 +45,7 @@ int command_machine(int argc, char **argv)
     if (keys)
         return (int)machine_print_keys(stdout);
     machine machine;
-    status result = machine_load(name ? name : "programmable", &command_report, &machine);
-    if (result == STATUS_OK)
-        result = apply_settings(argc, argv, &machine);
+    status result = command_find_machine(name, argc, argv, options, ROW_SET, &machine);
     if (result == STATUS_OK)
         result = machine_print(&machine, stdout);
     return (int)result;

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { OPTIONS_MAX = 64, PATH_SIZE = 4096 };
+enum { OPTIONS_MAX = 64 };
 
 static const char *const command_texts[][3] = {
 #define COMMAND(name, arguments, summary) {#name, arguments, summary},
@@ -130,26 +130,4 @@ bool command_double(const char *option, const char *text, double min, double max
 status command_usage(const char *command, const char *why)
 {
     return report_error(&command_report, STATUS_USAGE, "%s; `ropsim %s --help` tells more", why, command);
-}
-
-status command_program_path(const char *name, char *path, size_t size)
-{
-    enum { PROGRAMS_MAX = 128 };
-    size_t length = strlen(name);
-    bool is_path = strchr(name, '/') || (length > 4 && strcmp(name + length - 4, ".rop") == 0);
-    if (is_path && length < size) {
-        snprintf(path, size, "%s", name);
-        return STATUS_OK;
-    }
-    char file[NAME_SIZE + 8], names[PROGRAMS_MAX][NAME_SIZE];
-    snprintf(file, sizeof file, "%.*s.rop", NAME_SIZE - 1, name);
-    if (length < NAME_SIZE && data_path("programs", file, path, size) == STATUS_OK)
-        return STATUS_OK;
-    const char *words[PROGRAMS_MAX];
-    int count = data_names("programs", ".rop", names, PROGRAMS_MAX);
-    for (int i = 0; i < count; i++)
-        words[i] = names[i];
-    const char *meant = nearest_word(name, words, (size_t)count);
-    return report_error(&command_report, STATUS_REFUSED, "no program is called `%s`%s%s%s; give a stem of programs/ or a path ending in .rop",
-                        name, meant ? "; did you mean `" : "", meant ? meant : "", meant ? "`?" : "");
 }

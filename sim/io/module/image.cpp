@@ -5,8 +5,10 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <memory>
+#include <string>
 
 namespace {
 
@@ -34,12 +36,15 @@ int write_rgb(const char *path, const char *format, uint32_t width, uint32_t hei
     return 0;
 }
 
-int read_rgb(const char *path, uint64_t pixels_max, uint32_t *width, uint32_t *height, float **rgb, char *why,
-             size_t why_size)
+int read_rgb(const char *path, const char *format, uint64_t pixels_max, uint32_t *width, uint32_t *height, float **rgb,
+             char *why, size_t why_size)
 {
     auto in = OIIO::ImageInput::open(path);
     if (!in)
         return fail(why, why_size, OIIO::geterror());
+    // OpenImageIO goes by content; a file that is not what its name says is somebody's mistake.
+    if (std::strcmp(in->format_name(), format) != 0)
+        return fail(why, why_size, std::string("its content is ") + in->format_name() + ", not " + format);
     const OIIO::ImageSpec &spec = in->spec();
     if (spec.deep || spec.nchannels < 3 || spec.width < 1 || spec.height < 1)
         return fail(why, why_size, "not a flat image of at least three channels");
@@ -70,11 +75,11 @@ extern "C" int ropsim_module_write_rgb(const char *path, const char *format, uin
     }
 }
 
-extern "C" int ropsim_module_read_rgb(const char *path, uint64_t pixels_max, uint32_t *width, uint32_t *height,
-                                      float **rgb, char *why, size_t why_size)
+extern "C" int ropsim_module_read_rgb(const char *path, const char *format, uint64_t pixels_max, uint32_t *width,
+                                      uint32_t *height, float **rgb, char *why, size_t why_size)
 {
     try {
-        return read_rgb(path, pixels_max, width, height, rgb, why, why_size);
+        return read_rgb(path, format, pixels_max, width, height, rgb, why, why_size);
     } catch (const std::exception &error) {
         return fail(why, why_size, error.what());
     }

@@ -1,0 +1,23 @@
+// Program text, machine and trace to a result: what every command that replays has in common.
+#include "command.h"
+
+status command_replay(const char *name, const machine *machine, trace *trace, const run_options *options, run_result **result)
+{
+    enum { PATH_SIZE = 4096 };
+    char path[PATH_SIZE];
+    program *program = NULL;
+    rop_limits limits;
+    *result = NULL;
+    status status = command_program_path(name, path, sizeof path);
+    if (status != STATUS_OK)
+        return status;
+    status = assemble_file(path, &command_report, &program);
+    if (status != STATUS_OK)
+        return status;
+    machine_limits(machine, &limits);
+    status = verify_program(program, path, &limits, &command_report);
+    if (status == STATUS_OK)
+        status = replay_run(program, machine, trace, options, &command_report, result);
+    program_destroy(program);
+    return status;
+}
