@@ -87,6 +87,7 @@ typedef struct mesh {
     float (*vertex_normals)[3];    // from the file, else area-weighted
     float (*vertex_colors)[4];     // NULL if the file has none; straight RGBA in [0, 1]
     float (*face_colors)[4];       // NULL if the file has none; indexed by triangle
+    bool colors_have_alpha;        // some colour of the file is not opaque
     uint32_t face_count, dropped_faces;
 } mesh;
 
@@ -126,6 +127,8 @@ void record_defaults(record_options *options);
 // Records scenes (see interfaces of `ropsim record`: [class:]FILE or [class:]scene:NAME,key=value...) to a trace.
 status record_scenes(const char *const *scenes, int scene_count, const record_options *options, const char *path,
                      const report *report);
+// Lists the built-in scenes and their keys with ranges and defaults.
+void record_print_scenes(FILE *out);
 
 // ---- Machines ------------------------------------------------------------------------------------------
 
@@ -185,7 +188,8 @@ typedef struct run_options {
 typedef struct plane_result {
     char name[NAME_SIZE];
     format format;
-    uint64_t bytes_read, bytes_written;   // at the ROP by kernels, before any cache
+    uint64_t bytes_read, bytes_written;   // at the ROP by kernels and copies, before any cache
+    uint64_t bytes_cleared;               // by clears, which hardware does by marking blocks
     uint64_t texture_bytes_read;          // by the fragment shader's range clip
 } plane_result;
 
