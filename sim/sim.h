@@ -97,6 +97,8 @@ void mesh_destroy(mesh *mesh);
 
 // Writes linear RGB floats, row by row from the top. Ending .exr or .pfm: as they are; .png: 8-bit sRGB.
 status image_write_rgb(const char *path, uint32_t width, uint32_t height, const float *rgb, const report *report);
+// STATUS_USAGE for an ending that it would refuse: to be asked before a long run.
+status image_check_ending(const char *path, const report *report);
 // Reads it back: .exr and .pfm as they are, .png from 8-bit sRGB to linear. Free *rgb with free().
 status image_read_rgb(const char *path, const report *report, uint32_t *width, uint32_t *height, float **rgb);
 

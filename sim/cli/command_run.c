@@ -86,6 +86,8 @@ int command_run(int argc, char **argv)
     if (strcmp(words.detail, "function") != 0)
         return (int)report_error(&command_report, STATUS_USAGE,
                                  "--detail is `%s`, but this version has one level: function", words.detail);
+    if (words.image && image_check_ending(words.image, &command_report) != STATUS_OK)
+        return STATUS_USAGE;
     machine machine;
     status status = command_find_machine(words.machine, argc, argv, option_rows, ROW_SET, &machine);
     return status == STATUS_OK ? (int)run(&words, &machine) : (int)status;

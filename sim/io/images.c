@@ -32,6 +32,12 @@ static status find_kind(const char *path, const report *report, image_kind *kind
     return report_error(report, STATUS_USAGE, "%s: an image's name must end in .exr, .pfm or .png", path);
 }
 
+status image_check_ending(const char *path, const report *report)
+{
+    image_kind kind = IMAGE_KIND_COUNT;
+    return find_kind(path, report, &kind);
+}
+
 static uint8_t srgb_from_linear(float linear)
 {
     double value = linear > 0 ? (double)linear : 0;  // false for NaN
