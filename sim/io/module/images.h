@@ -14,6 +14,8 @@
 extern "C" {
 #endif
 
+#include "deep_image.h"
+
 // Each returns 0, or not 0 with the reason in why[0..why_size).
 #define MODULE_FUNCTION(name, parameters) int ropsim_module_##name parameters;
 #include "functions.def"
