@@ -4,14 +4,6 @@
 
 #include <math.h>
 
-static void fill(double rgba[4], double r, double g, double b, double a)
-{
-    rgba[0] = r;
-    rgba[1] = g;
-    rgba[2] = b;
-    rgba[3] = a;
-}
-
 // 1 at 0, falling smoothly to 0 at +-1.
 static double bump(double t)
 {
@@ -24,23 +16,20 @@ static void sample_volume(const double p[3], double rgba[4])
 {
     double s[3], c[3];
     for (int i = 0; i < 3; i++)
-        angle_sin_cos(p[i] * 0.9, &s[i], &c[i]);
-    double radius = sqrt(p[0] * p[0] * 1.35 + p[1] * p[1] * 1.1 + p[2] * p[2] * 1.35);
+        angle_sin_cos(p[i] * 1.1, &s[i], &c[i]);
+    double radius = sqrt(p[0] * p[0] * 1.2 + p[1] * p[1] * 1.05 + p[2] * p[2] * 1.2);
     double gyroid = s[0] * c[1] + s[1] * c[2] + s[2] * c[0];
-    double skin = 0.35 * bump((radius - 0.92) / 0.09);
-    double folds = radius < 0.9 ? bump(gyroid / 0.34) * (0.9 - radius) * 1.1 : 0;
-    double core = bump(radius / 0.34);
+    double skin = 0.16 * bump((radius - 0.94) / 0.07);
+    double folds = radius < 0.88 ? bump(gyroid / 0.6) * (radius < 0.7 ? 1 : (0.88 - radius) / 0.18) : 0;
+    double core = 1.5 * bump(radius / 0.30);
     double sum = skin + folds + core;
-    if (!(sum > 0)) {
-        fill(rgba, 0.5, 0.5, 0.5, 0);
-        return;
-    }
-    static const double skin_color[3] = { 0.86, 0.72, 0.62 }, core_color[3] = { 0.98, 0.80, 0.38 };
-    static const double fold_colors[2][3] = { { 0.30, 0.56, 0.66 }, { 0.64, 0.30, 0.36 } };
+    static const double skin_color[3] = { 0.60, 0.52, 0.50 }, core_color[3] = { 0.98, 0.62, 0.12 };
+    static const double fold_colors[2][3] = { { 0.04, 0.26, 0.50 }, { 0.52, 0.06, 0.16 } };
+    static const double EMPTY = 0.01;   // weight of the folds' colour where there is nothing: colours stay smooth
     double side = 0.5 + 0.5 * p[1];
     for (int i = 0; i < 3; i++) {
         double fold = fold_colors[0][i] * side + fold_colors[1][i] * (1 - side);
-        rgba[i] = (skin * skin_color[i] + folds * fold + core * core_color[i]) / sum;
+        rgba[i] = (skin * skin_color[i] + (folds + EMPTY) * fold + core * core_color[i]) / (sum + EMPTY);
     }
     rgba[3] = sum < 1 ? sum : 1;
 }
@@ -91,7 +80,7 @@ static status add_cone(const scene_request *request, const report *report, model
         double sine, cosine, rise = RADIUS / (APEX - BASE);
         angle_sin_cos((apex ? i - segments + 0.5 : i) / segments, &sine, &cosine);
         const double p[3] = { apex ? 0 : RADIUS * cosine, apex ? APEX : BASE, apex ? 0 : RADIUS * sine };
-        const double normal[3] = { cosine, rise, sine }, rgba[4] = { 0.95, 0.58, 0.28, alpha };
+        const double normal[3] = { cosine, rise, sine }, rgba[4] = { 0.92, 0.48, 0.10, alpha };
         for (int c = 0; c < 3; c++) {
             mesh->positions[i][c] = (float)p[c];
             mesh->vertex_normals[i][c] = (float)normal[c];

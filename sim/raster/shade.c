@@ -6,11 +6,11 @@
 
 // Tints of surfaces that face along x, y and z; between them by the squares of the normal's components.
 static const double TINTS[3][3] = {
-    { 0.80, 0.44, 0.36 },   // clay
-    { 0.42, 0.66, 0.70 },   // lagoon
-    { 0.88, 0.76, 0.52 },   // sand
+    { 0.76, 0.34, 0.26 },   // clay
+    { 0.24, 0.54, 0.62 },   // lagoon
+    { 0.84, 0.66, 0.38 },   // sand
 };
-static const double AMBIENT = 0.30;
+static const double AMBIENT = 0.22;
 
 static void tint_normal(const double normal[3], double rgba[4])
 {
