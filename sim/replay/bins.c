@@ -1,0 +1,239 @@
+// A trace in, its fragments by tile and batch out.
+//
+// Two passes over the trace: the first counts each sample's fragments, from which every batch's lanes follow
+// (batch r has the lanes with more than r fragments), and so each fragment's place; the second puts them there.
+// Stored lanes are dense, so that memory follows the number of fragments, however uneven the tiles are.
+#include "replay.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+status bins_count(trace *trace, const tiling *tiling, const report *report, sample_counts *counts)
+{
+    const trace_info *info = trace_get_info(trace);
+    const size_t places = (size_t)tiling->tile_count * TILE_LANES;
+    memset(counts, 0, sizeof *counts);
+    counts->opaque = calloc(places, sizeof *counts->opaque);
+    counts->transparent = calloc(places, sizeof *counts->transparent);
+    if (!counts->opaque || !counts->transparent) {
+        sample_counts_free(counts);
+        return report_error(report, STATUS_IO, "out of memory: %zu samples", places);
+    }
+    trace_select(trace, 0, 0, info->width, info->height);
+    status status = trace_rewind(trace);
+    uint64_t done = 0;
+    for (fragments run; status == STATUS_OK && (status = trace_next(trace, &run)) == STATUS_OK && run.count;) {
+        const draw_class class = info->draws[run.draw].class;
+        uint32_t *const array = class == CLASS_OPAQUE ? counts->opaque : counts->transparent;
+        for (uint32_t i = 0; i < run.count; i++) {
+            const uint32_t count = ++array[tiling_place(tiling, run.x[i], run.y[i], run.sample[i])];
+            if (class != CLASS_OPAQUE && count > counts->deepest)
+                counts->deepest = count;
+        }
+        counts->class_fragments[class] += run.count;
+        report_progress(report, "counting fragments", done += run.count, info->fragment_count);
+    }
+    if (status != STATUS_OK)
+        sample_counts_free(counts);
+    return status;
+}
+
+void sample_counts_free(sample_counts *counts)
+{
+    free(counts->opaque);
+    free(counts->transparent);
+    counts->opaque = counts->transparent = NULL;
+}
+
+static uint32_t most(const uint32_t lanes[TILE_LANES])
+{
+    uint32_t count = 0;
+    for (int i = 0; i < TILE_LANES; i++)
+        count = lanes[i] > count ? lanes[i] : count;
+    return count;
+}
+
+static uint64_t sum(const uint32_t lanes[TILE_LANES])
+{
+    uint64_t count = 0;
+    for (int i = 0; i < TILE_LANES; i++)
+        count += lanes[i];
+    return count;
+}
+
+static uint64_t fragment_bytes(const bin_request *request)
+{
+    return 4 * (uint64_t)__builtin_popcount(request->depth_formats) + 16 + (request->primitive ? 4 : 0) +
+           (request->depth ? 8 : 0);
+}
+
+uint32_t bins_band_end(const tiling *tiling, const sample_counts *counts, const bin_request *request, uint32_t first)
+{
+    uint64_t bytes = 0;
+    uint32_t end = first;
+    while (end < tiling->tile_count) {
+        const uint32_t *opaque = counts->opaque + (size_t)end * TILE_LANES;
+        const uint32_t *transparent = counts->transparent + (size_t)end * TILE_LANES;
+        bytes += (sum(opaque) + sum(transparent)) * fragment_bytes(request) +
+                 ((uint64_t)most(opaque) + most(transparent)) * sizeof(bin_batch) + sizeof(bin);
+        if (bytes > request->memory_bytes && end > first)
+            break;
+        end++;
+    }
+    return end;
+}
+
+// Lays out the batches of one tile and class group; returns the offset behind the last.
+static uint64_t lay_out(bin_batch *batches, uint32_t batch_count, const uint32_t lanes[TILE_LANES], uint64_t offset)
+{
+    for (uint32_t r = 0; r < batch_count; r++) {
+        uint64_t mask = 0;
+        for (int lane = 0; lane < TILE_LANES; lane++)
+            mask |= (uint64_t)(lanes[lane] > r) << lane;
+        batches[r] = (bin_batch){mask, 0, offset};
+        offset += (uint64_t)__builtin_popcountll(mask);
+    }
+    return offset;
+}
+
+static status lay_out_bins(const sample_counts *counts, uint32_t first, uint32_t end, const report *report, bins *bins,
+                           uint64_t *fragment_count)
+{
+    bins->first_tile = first;
+    bins->tile_count = end - first;
+    bins->bins = calloc(bins->tile_count, sizeof *bins->bins);
+    uint64_t batch_count = 0;
+    for (uint32_t t = 0; bins->bins && t < bins->tile_count; t++) {
+        bin *bin = &bins->bins[t];
+        bin->first_batch = batch_count;
+        bin->opaque_count = most(counts->opaque + (size_t)(first + t) * TILE_LANES);
+        bin->transparent_count = most(counts->transparent + (size_t)(first + t) * TILE_LANES);
+        batch_count += bin->opaque_count + bin->transparent_count;
+    }
+    bins->batches = malloc(batch_count ? batch_count * sizeof *bins->batches : 1);
+    if (!bins->bins || !bins->batches)
+        return report_error(report, STATUS_IO, "out of memory: %llu batches", (unsigned long long)batch_count);
+    uint64_t offset = 0;
+    for (uint32_t t = 0; t < bins->tile_count; t++) {
+        const bin *bin = &bins->bins[t];
+        bin_batch *batches = bins->batches + bin->first_batch;
+        offset = lay_out(batches, bin->opaque_count, counts->opaque + (size_t)(first + t) * TILE_LANES, offset);
+        offset = lay_out(batches + bin->opaque_count, bin->transparent_count,
+                         counts->transparent + (size_t)(first + t) * TILE_LANES, offset);
+    }
+    *fragment_count = offset;
+    return STATUS_OK;
+}
+
+static status allocate_columns(const bin_request *request, uint64_t count, const report *report, bins *bins)
+{
+    // A batch is read with whole vectors, so the last one needs room behind it.
+    const size_t length = (size_t)count + TILE_LANES;
+    bool good = true;
+    for (int f = 0; f < FORMAT_COUNT; f++)
+        if (request->depth_formats >> f & 1)
+            good = (bins->codes[f] = malloc(length * sizeof(uint32_t))) && good;
+    for (int c = 0; c < 4; c++)
+        good = (bins->rgba[c] = malloc(length * sizeof(float))) && good;
+    if (request->primitive)
+        good = (bins->primitive = malloc(length * sizeof(uint32_t))) && good;
+    if (request->depth)
+        good = (bins->depth = malloc(length * sizeof(double))) && good;
+    return good ? STATUS_OK : report_error(report, STATUS_IO, "out of memory: bins of %llu fragments", (unsigned long long)count);
+}
+
+typedef struct filling {
+    const tiling *tiling;
+    bins *bins;
+    const sample_counts *counts;
+    uint32_t *opaque_rank, *transparent_rank;  // fragments of the sample so far
+    bool reversed;
+} filling;
+
+// False if the file has more fragments there than when they were counted.
+static bool put(const filling *filling, const fragments *run, uint32_t i, draw_class class)
+{
+    bins *const bins = filling->bins;
+    const uint64_t first_place = (uint64_t)bins->first_tile * TILE_LANES;
+    const uint64_t place = tiling_place(filling->tiling, run->x[i], run->y[i], run->sample[i]) - first_place;
+    if (place >= (uint64_t)bins->tile_count * TILE_LANES)  // of another band; also wraps below zero
+        return true;
+    const bin *const bin = &bins->bins[place / TILE_LANES];
+    const uint64_t bit = 1ull << place % TILE_LANES;
+    const bool opaque = class == CLASS_OPAQUE;
+    const uint32_t rank = (opaque ? filling->opaque_rank : filling->transparent_rank)[place]++;
+    if (rank >= (opaque ? filling->counts->opaque : filling->counts->transparent)[first_place + place])
+        return false;
+    bin_batch *const batch = &bins->batches[bin->first_batch + (opaque ? 0 : bin->opaque_count) + rank];
+    if (class == CLASS_SORTED)
+        batch->sorted |= bit;
+    const uint64_t at = batch->offset + (uint64_t)__builtin_popcountll(batch->lanes & (bit - 1));
+    for (int f = 0; f < FORMAT_COUNT; f++)
+        if (bins->codes[f])
+            bins->codes[f][at] = format_depth_to_code((format)f, run->depth[i], filling->reversed);
+    for (int c = 0; c < 4; c++)
+        bins->rgba[c][at] = run->rgba[c][i];
+    if (bins->primitive)
+        bins->primitive[at] = run->primitive[i];
+    if (bins->depth)
+        bins->depth[at] = run->depth[i];
+    return true;
+}
+
+static void select_band(trace *trace, const tiling *tiling, uint32_t first, uint32_t end)
+{
+    const uint32_t y0 = first / tiling->columns << tiling->shift_y;
+    const uint32_t y1 = ((end - 1) / tiling->columns + 1) << tiling->shift_y;
+    trace_select(trace, 0, y0, tiling->image_width, y1 < tiling->image_height ? y1 : tiling->image_height);
+}
+
+static status fill(trace *trace, const filling *filling, uint32_t end, const report *report)
+{
+    const trace_info *info = trace_get_info(trace);
+    select_band(trace, filling->tiling, filling->bins->first_tile, end);
+    status status = trace_rewind(trace);
+    uint64_t done = 0;
+    for (fragments run; status == STATUS_OK && (status = trace_next(trace, &run)) == STATUS_OK && run.count;) {
+        const draw_class class = info->draws[run.draw].class;
+        for (uint32_t i = 0; i < run.count; i++)
+            if (!put(filling, &run, i, class))
+                return report_error(report, STATUS_IO, "the trace changed while it was read");
+        report_progress(report, "binning fragments", done += run.count, info->fragment_count);
+    }
+    return status;
+}
+
+status bins_build(trace *trace, const tiling *tiling, const sample_counts *counts, const bin_request *request,
+                  uint32_t first, uint32_t end, const report *report, bins *bins)
+{
+    memset(bins, 0, sizeof *bins);
+    uint64_t fragment_count = 0;
+    status status = lay_out_bins(counts, first, end, report, bins, &fragment_count);
+    if (status == STATUS_OK)
+        status = allocate_columns(request, fragment_count, report, bins);
+    const size_t places = (size_t)(end - first) * TILE_LANES;
+    filling filling = {tiling, bins, counts, calloc(places, sizeof(uint32_t)), calloc(places, sizeof(uint32_t)),
+                       trace_get_info(trace)->reversed_depth};
+    if (status == STATUS_OK && (!filling.opaque_rank || !filling.transparent_rank))
+        status = report_error(report, STATUS_IO, "out of memory: %zu samples", places);
+    if (status == STATUS_OK)
+        status = fill(trace, &filling, end, report);
+    free(filling.opaque_rank);
+    free(filling.transparent_rank);
+    if (status != STATUS_OK)
+        bins_free(bins);
+    return status;
+}
+
+void bins_free(bins *bins)
+{
+    free(bins->bins);
+    free(bins->batches);
+    for (int f = 0; f < FORMAT_COUNT; f++)
+        free(bins->codes[f]);
+    for (int c = 0; c < 4; c++)
+        free(bins->rgba[c]);
+    free(bins->primitive);
+    free(bins->depth);
+    memset(bins, 0, sizeof *bins);
+}

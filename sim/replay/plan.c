@@ -1,0 +1,34 @@
+// A bound program in, its layout in a tile's storage and in the counts array out.
+#include "replay.h"
+
+static uint32_t plane_words(const bound_program *bound, int plane)
+{
+    const bool color = format_table[bound_plane_format(bound, plane)].class == FORMAT_CLASS_COLOR;
+    return (color ? 4 : 1) * TILE_LANES;
+}
+
+status plan_make(plan *plan, const program *program, const bound_program *bound, const report *report)
+{
+    plan->program = program;
+    plan->bound = bound;
+    plan->tile_words = 0;
+    for (int i = 0; i < program->plane_count; i++) {
+        plan->plane_offset[i] = plan->tile_words;
+        plan->tile_words += plane_words(bound, i);
+    }
+    plan->count_offset[0] = 0;
+    for (int k = 0; k < program->kernel_count; k++) {
+        int count;
+        bound_instructions(bound, k, &count);
+        plan->count_offset[k + 1] = plan->count_offset[k] + (uint32_t)count;
+    }
+    uint8_t repeats = 0;
+    for (int s = 0; s < program->step_count; s++) {
+        if (program->steps[s].kind != STEP_REPEAT)
+            continue;
+        if (repeats == REPEAT_MAX)
+            return report_error(report, STATUS_REFUSED, "line %d: a schedule has at most %d 'repeat'", program->steps[s].line, REPEAT_MAX);
+        plan->repeat_index[s] = plan->repeat_index[program->steps[s].target] = repeats++;
+    }
+    return STATUS_OK;
+}

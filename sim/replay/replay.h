@@ -1,0 +1,159 @@
+// The replay's parts, in the order in which data flows:
+//
+//   trace --bins_build--> bins --tile_run--> planes of each tile, counts --result_resolve--> image, error
+//                                    |                     bins --reference_tile--> exact colours
+//                       global_* settles loop conditions between tiles
+//
+// Tiles are independent but for the conditions of `while` and `if`, which ask about all samples. See tile.c.
+#ifndef ROPSIM_REPLAY_H
+#define ROPSIM_REPLAY_H
+
+#include "../sim.h"
+
+#include <stdatomic.h>
+
+// ---- Bins (bins.c) -------------------------------------------------------------------------------------
+
+// How samples lie in tiles of 64 lanes: lane = (y * width + x) * samples + sample inside the tile.
+typedef struct tiling {
+    uint32_t image_width, image_height, samples;
+    uint32_t tile_width, tile_height;    // pixels, powers of two
+    uint32_t shift_x, shift_y;           // their logarithms
+    uint32_t columns, rows, tile_count;
+} tiling;
+
+void tiling_init(tiling *tiling, const trace_info *info);
+// The place of a sample in an array of 64 lanes a tile.
+static inline uint64_t tiling_place(const tiling *t, uint32_t x, uint32_t y, uint32_t sample)
+{
+    const uint64_t tile = (uint64_t)(y >> t->shift_y) * t->columns + (x >> t->shift_x);
+    const uint32_t local_x = x & (t->tile_width - 1), local_y = y & (t->tile_height - 1);
+    return tile * TILE_LANES + ((local_y << t->shift_x) + local_x) * t->samples + sample;
+}
+uint64_t tiling_valid_lanes(const tiling *tiling, uint32_t tile);  // lanes inside the image
+
+// Batch r of a tile holds the r-th fragment of each sample, so that no sample occurs twice and each sample's
+// fragments keep their order. Its fragments lie together, in order of lanes, from `offset` on.
+typedef struct bin_batch {
+    uint64_t lanes, sorted;  // all; those from draws of class sorted
+    uint64_t offset;
+} bin_batch;
+
+typedef struct bin {
+    uint64_t first_batch;    // in bins.batches
+    uint32_t opaque_count, transparent_count;  // batches; the opaque ones come first
+} bin;
+
+typedef struct bins {
+    uint32_t first_tile, tile_count;   // the band
+    bin *bins;                         // one a tile of the band
+    bin_batch *batches;
+    uint32_t *codes[FORMAT_COUNT];     // depth as codes, of the formats asked for
+    float *rgba[4];
+    uint32_t *primitive;               // if asked for
+    double *depth;                     // if asked for
+} bins;
+
+typedef struct bin_request {
+    uint32_t depth_formats;  // bit f: codes of format f
+    bool primitive, depth;
+    uint64_t memory_bytes;
+} bin_request;
+
+// How many fragments each sample has, of opaque and of other draws; one pass over the trace.
+typedef struct sample_counts {
+    uint32_t *opaque, *transparent;  // tile by tile, 64 lanes each
+    uint64_t class_fragments[CLASS_COUNT];
+    uint32_t deepest;                // most fragments of other draws at one sample
+} sample_counts;
+
+status bins_count(trace *trace, const tiling *tiling, const report *report, sample_counts *counts);
+void sample_counts_free(sample_counts *counts);
+// One past the last tile of the band that starts at `first` and fits the budget (at least one tile).
+uint32_t bins_band_end(const tiling *tiling, const sample_counts *counts, const bin_request *request, uint32_t first);
+status bins_build(trace *trace, const tiling *tiling, const sample_counts *counts, const bin_request *request,
+                  uint32_t first, uint32_t end, const report *report, bins *bins);
+void bins_free(bins *bins);
+
+// ---- Conditions of loops (global.c) --------------------------------------------------------------------
+
+// The k-th evaluation of a condition in schedule order, over all tiles. Known true as soon as the tiles seen
+// so far count above the threshold; known false once all tiles have added theirs and it is not.
+typedef enum outcome { OUTCOME_UNKNOWN, OUTCOME_TRUE, OUTCOME_FALSE } outcome;
+
+typedef struct global global;
+global *global_create(void);
+void global_destroy(global *global);
+// Adds a tile's count to evaluation k, once a tile. False: out of memory.
+bool global_add(global *global, uint64_t k, uint64_t count);
+outcome global_ask(global *global, uint64_t k, uint64_t threshold);
+// Every tile has added to evaluation k: what is not true there is false.
+void global_close(global *global, uint64_t k);
+
+// ---- The schedule on one tile (tile.c) -----------------------------------------------------------------
+
+enum { REPEAT_MAX = 16, EVALUATION_MAX = 64 };
+
+// What all tiles share and no tile changes.
+typedef struct plan {
+    const program *program;
+    const bound_program *bound;
+    execute_kernel *execute;
+    uint64_t max_iterations, threshold_while;  // a `while` goes on above the threshold
+    uint32_t plane_offset[PLANE_MAX];          // words into a tile's storage
+    uint32_t tile_words;
+    uint32_t count_offset[KERNEL_MAX + 1];     // of a kernel's instructions in a counts array
+    uint8_t repeat_index[STEP_MAX];            // of STEP_REPEAT and its STEP_WHILE
+} plan;
+
+status plan_make(plan *plan, const program *program, const bound_program *bound, const report *report);
+
+// A tile between two runs: its place in the schedule and what its planes hold.
+typedef struct tile {
+    uint32_t *storage;                   // plan.tile_words
+    uint8_t plane_at[PLANE_MAX];         // plane i's contents lie at plane_offset[plane_at[i]]
+    uint64_t lanes;
+    uint64_t weight;                     // samples that each lane stands for; 1 but for the tile of all empty ones
+    uint64_t evaluation;                 // how many conditions were settled
+    uint32_t iterations[REPEAT_MAX];
+    uint64_t query[QUERY_MAX];           // counted since the last reset
+    uint16_t step;
+    bool waiting, done;                  // waiting: at a condition that it has added its count to
+} tile;
+
+// One thread's tools.
+typedef struct worker worker;
+worker *worker_create(const plan *plan, global *global);
+void worker_destroy(worker *worker);
+const uint64_t *worker_counts(const worker *worker);  // executions of each instruction; plan.count_offset
+// Runs a tile until it is done or waits for a condition. bin NULL: a tile without fragments.
+// False: out of memory.
+bool tile_run(worker *worker, tile *tile, const bins *bins, const bin *bin);
+
+// ---- Threads (parallel.c) ------------------------------------------------------------------------------
+
+// Calls body(context, thread, i) for each i below count, from up to `threads` threads at once.
+void parallel_for(int threads, uint32_t count, void (*body)(void *context, int thread, uint32_t i), void *context);
+int parallel_default(void);  // processors that this process may use
+
+// ---- After the replay ----------------------------------------------------------------------------------
+
+// Walks the schedule once with the settled conditions and fills passes, iterations and bytes.
+void totals_count(const plan *plan, global *global, const uint64_t *counts, const trace_info *info,
+                  const sample_counts *samples, run_result *result);
+
+// The exact result of one tile in double: rgb of each lane (reference.c).
+bool reference_tile(const bins *bins, const bin *bin, uint64_t lanes, const float background[4], double rgb[TILE_LANES][3]);
+
+// The output of one tile as float rgb of each lane (resolve.c).
+void resolve_tile(const plan *plan, const tile *tile, float rgb[TILE_LANES][3]);
+void resolve_store(const tiling *tiling, uint32_t tile, uint64_t lanes, float rgb[TILE_LANES][3], run_result *result);
+void resolve_average(run_result *result);  // sample_rgb to image
+
+// Differences of float results from exact ones (compare.c).
+typedef struct error_sum { double max_abs, squares; uint64_t components, wrong; } error_sum;
+error_sum error_of_tile(uint64_t lanes, float rgb[TILE_LANES][3], double exact[TILE_LANES][3]);
+void error_add(error_sum *sum, error_sum other);
+void error_finish(const error_sum *sum, error_result *error);
+
+#endif

@@ -1,0 +1,199 @@
+// The schedule on one tile, as far as it can go alone.
+//
+// Tile-major: all passes run over one tile while its planes and fragments are in the nearest cache. What the
+// program sees is the pass-major order all the same, since tiles meet only in the conditions of `while` and
+// `if`: a tile adds its count to the condition and goes on if the outcome is known, else it waits (global.c).
+//
+// A finished tile is still visited by every pass of the iterations that others need. Once an iteration leaves
+// all its planes as they were, each further one with the same outcomes does the same again: it is counted
+// (fixed_point.c), not run.
+#include "tile.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void note_counting(worker *w)
+{
+    for (int k = 0; k < w->plan->program->kernel_count; k++) {
+        int count;
+        const instruction *code = bound_instructions(w->plan->bound, k, &count);
+        w->site_start[k] = (uint16_t)w->site_count;
+        for (int i = 0; i < count; i++)
+            if (code[i].op == OP_count && w->site_count < SITE_MAX)
+                w->sites[w->site_count++] = (count_site){w->plan->count_offset[k] + (uint32_t)i, code[i].d};
+        w->site_start[k + 1] = (uint16_t)w->site_count;
+    }
+}
+
+worker *worker_create(const plan *plan, global *global)
+{
+    worker *w = calloc(1, sizeof *w);
+    if (!w)
+        return NULL;
+    w->plan = plan;
+    w->global = global;
+    w->count_total = plan->count_offset[plan->program->kernel_count];
+    w->counts = calloc(3 * (size_t)w->count_total + 1, sizeof *w->counts);
+    w->before = w->counts + w->count_total;
+    w->delta = w->before + w->count_total;
+    w->snapshot = malloc(plan->tile_words * sizeof *w->snapshot);
+    w->expander = expander_create(plan->bound);
+    if (!w->counts || !w->snapshot || !w->expander) {
+        worker_destroy(w);
+        return NULL;
+    }
+    note_counting(w);
+    return w;
+}
+
+void worker_destroy(worker *w)
+{
+    if (!w)
+        return;
+    free(w->counts);
+    free(w->snapshot);
+    expander_destroy(w->expander);
+    free(w);
+}
+
+const uint64_t *worker_counts(const worker *worker)
+{
+    return worker->counts;
+}
+
+uint32_t plane_words(const plan *plan, int plane)
+{
+    const uint32_t end = plane + 1 < plan->program->plane_count ? plan->plane_offset[plane + 1] : plan->tile_words;
+    return end - plan->plane_offset[plane];
+}
+
+static void clear_plane(const worker *w, const step *step)
+{
+    uint32_t value[4];
+    bound_clear_value(w->plan->bound, step, value);
+    const uint32_t words = plane_words(w->plan, step->plane);
+    for (uint32_t i = 0; i < words; i++)
+        w->planes[step->plane][i] = value[i / TILE_LANES];
+}
+
+static void run_kernel(worker *w, tile *tile, int kernel, const batch *batch)
+{
+    uint64_t *counts = w->counts + w->plan->count_offset[kernel];
+    const int first = w->site_start[kernel], end = w->site_start[kernel + 1];
+    for (int s = first; s < end; s++)
+        tile->query[w->sites[s].query] -= w->counts[w->sites[s].at];
+    w->plan->execute(w->plan->bound, kernel, w->planes, batch, counts);
+    for (int s = first; s < end; s++)
+        tile->query[w->sites[s].query] += w->counts[w->sites[s].at];
+}
+
+static void draw(worker *w, tile *tile, const step *step)
+{
+    const bin *bin = w->bin;
+    if (!bin)
+        return;
+    const bool opaque = step->classes == DRAW_OPAQUE;
+    const uint32_t first = opaque ? 0 : bin->opaque_count;
+    const uint32_t end = opaque ? bin->opaque_count : bin->opaque_count + bin->transparent_count;
+    for (uint32_t r = first; r < end; r++) {
+        const bin_batch *from = &w->bins->batches[bin->first_batch + r];
+        uint64_t lanes = from->lanes;
+        if (step->classes == DRAW_UNSORTED)
+            lanes &= ~from->sorted;
+        else if (step->classes == DRAW_SORTED)
+            lanes &= from->sorted;
+        if (lanes)
+            run_kernel(w, tile, step->kernel, expander_batch(w->expander, r, lanes));
+    }
+}
+
+static void swap_planes(worker *w, tile *tile, const step *step)
+{
+    const uint8_t at = tile->plane_at[step->plane];
+    tile->plane_at[step->plane] = tile->plane_at[step->source];
+    tile->plane_at[step->source] = at;
+    const tile_plane plane = w->planes[step->plane];
+    w->planes[step->plane] = w->planes[step->source];
+    w->planes[step->source] = plane;
+}
+
+// Settles the condition of a `while` or `if`, if it can be.
+static outcome settle(worker *w, tile *tile, const step *step)
+{
+    const bool is_while = step->kind == STEP_WHILE;
+    const uint64_t threshold = is_while ? w->plan->threshold_while : 0;
+    const uint64_t count = tile->query[step->query] * tile->weight;
+    if (!tile->waiting) {
+        if (!global_add(w->global, tile->evaluation, count)) {
+            w->failed = true;
+            return OUTCOME_UNKNOWN;
+        }
+        tile->waiting = true;
+    }
+    outcome outcome = global_ask(w->global, tile->evaluation, threshold);
+    const uint16_t here = (uint16_t)(step - w->plan->program->steps);
+    const bool last = is_while && tile->iterations[w->plan->repeat_index[here]] + 1 >= w->plan->max_iterations;
+    if (last)
+        outcome = OUTCOME_FALSE;
+    if (outcome == OUTCOME_UNKNOWN)
+        return outcome;
+    tile->waiting = false;
+    tile->evaluation++;
+    fixed_note(w, count, threshold, outcome);
+    return outcome;
+}
+
+// Runs the step; false if the tile must wait.
+static bool run_step(worker *w, tile *tile)
+{
+    const step *step = &w->plan->program->steps[tile->step];
+    outcome outcome;
+    switch (step->kind) {
+    case STEP_CLEAR: clear_plane(w, step); break;
+    case STEP_COPY: memcpy(w->planes[step->plane], w->planes[step->source], plane_words(w->plan, step->plane) * sizeof(uint32_t)); break;
+    case STEP_SWAP: swap_planes(w, tile, step); break;
+    case STEP_DRAW: draw(w, tile, step); break;
+    case STEP_FULLSCREEN: run_kernel(w, tile, step->kernel, &(batch){.lanes = tile->lanes}); break;
+    case STEP_RESET: tile->query[step->query] = 0; break;
+    case STEP_REPEAT:
+        tile->iterations[w->plan->repeat_index[tile->step]] = 0;
+        fixed_enter(w);
+        fixed_head(w, tile, tile->step);
+        break;
+    case STEP_WHILE:
+        outcome = settle(w, tile, step);
+        if (outcome == OUTCOME_UNKNOWN)
+            return false;
+        tile->iterations[w->plan->repeat_index[tile->step]]++;
+        if (outcome == OUTCOME_TRUE) {
+            tile->step = step->target;  // its `repeat`; the increment below goes to the body
+            fixed_head(w, tile, tile->step);
+        }
+        break;
+    case STEP_IF:
+        outcome = settle(w, tile, step);
+        if (outcome == OUTCOME_UNKNOWN)
+            return false;
+        if (outcome == OUTCOME_FALSE)
+            tile->step = step->target;
+        break;
+    case STEP_END: break;
+    }
+    tile->step++;
+    return true;
+}
+
+bool tile_run(worker *w, tile *tile, const bins *bins, const bin *bin)
+{
+    w->bins = bins;
+    w->bin = bin;
+    for (int i = 0; i < w->plan->program->plane_count; i++)
+        w->planes[i] = tile->storage + w->plan->plane_offset[tile->plane_at[i]];
+    if (bin)
+        expander_start(w->expander, bins, bin);
+    fixed_start(w, tile);
+    while (tile->step < w->plan->program->step_count && run_step(w, tile))
+        ;
+    tile->done = tile->step >= w->plan->program->step_count;
+    return !w->failed;
+}

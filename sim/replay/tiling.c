@@ -1,0 +1,32 @@
+// How an image's samples lie in tiles of 64 lanes: 8 x 8 pixels of one sample, 8 x 4 of two, 4 x 4 of four,
+// 4 x 2 of eight, 2 x 2 of sixteen.
+#include "replay.h"
+
+void tiling_init(tiling *tiling, const trace_info *info)
+{
+    *tiling = (struct tiling){info->width, info->height, info->samples, 8, 8, 3, 3, 0, 0, 0};
+    for (uint32_t samples = info->samples; samples > 1; samples /= 2) {
+        if (tiling->shift_y >= tiling->shift_x)
+            tiling->shift_y--;
+        else
+            tiling->shift_x--;
+    }
+    tiling->tile_width = 1u << tiling->shift_x;
+    tiling->tile_height = 1u << tiling->shift_y;
+    tiling->columns = (info->width + tiling->tile_width - 1) / tiling->tile_width;
+    tiling->rows = (info->height + tiling->tile_height - 1) / tiling->tile_height;
+    tiling->tile_count = tiling->columns * tiling->rows;
+}
+
+uint64_t tiling_valid_lanes(const tiling *tiling, uint32_t tile)
+{
+    const uint32_t x = tile % tiling->columns << tiling->shift_x, y = tile / tiling->columns << tiling->shift_y;
+    uint64_t lanes = 0;
+    for (uint32_t lane = 0; lane < TILE_LANES; lane++) {
+        const uint32_t pixel = lane / tiling->samples;
+        const bool inside = x + (pixel & (tiling->tile_width - 1)) < tiling->image_width &&
+                            y + (pixel >> tiling->shift_x) < tiling->image_height;
+        lanes |= (uint64_t)inside << lane;
+    }
+    return lanes;
+}

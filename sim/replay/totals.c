@@ -1,0 +1,123 @@
+// Settled conditions and instruction counts in, passes, iterations and bytes out.
+//
+// Everything that all tiles do alike (passes, copies, clears) is counted here once, from the schedule; what
+// depends on the fragments comes from how often each instruction was executed.
+#include "replay.h"
+
+static bool has_class(const trace_info *info, draw_class class)
+{
+    for (uint32_t i = 0; i < info->draw_count; i++)
+        if (info->draws[i].class == class)
+            return true;
+    return false;
+}
+
+typedef struct walk {
+    const plan *plan;
+    global *global;
+    const trace_info *info;
+    const sample_counts *samples;
+    run_result *result;
+    uint64_t sample_count, evaluation;
+    uint64_t iterations[REPEAT_MAX];
+} walk;
+
+static uint64_t plane_bytes(const walk *w, int plane, uint64_t accesses)
+{
+    return accesses * (uint64_t)format_table[bound_plane_format(w->plan->bound, plane)].bits / 8;
+}
+
+static void count_draw(const walk *w, const step *step)
+{
+    run_result *r = w->result;
+    if (step->classes == DRAW_OPAQUE) {
+        r->passes_by_class[CLASS_OPAQUE]++;
+        return;
+    }
+    r->geometry_passes++;
+    const bool both = step->classes == DRAW_TRANSPARENT, any_sorted = has_class(w->info, CLASS_SORTED);
+    // A pass over both classes counts in those that the trace has, and as transparent if it has none.
+    const bool unsorted = step->classes == DRAW_UNSORTED || (both && (has_class(w->info, CLASS_TRANSPARENT) || !any_sorted));
+    const bool sorted = step->classes == DRAW_SORTED || (both && any_sorted);
+    r->passes_by_class[CLASS_TRANSPARENT] += unsorted;
+    r->passes_by_class[CLASS_SORTED] += sorted;
+    if (unsorted)
+        r->fragments_replayed += w->samples->class_fragments[CLASS_TRANSPARENT];
+    if (sorted)
+        r->fragments_replayed += w->samples->class_fragments[CLASS_SORTED];
+}
+
+static bool condition_holds(walk *w, const step *step)
+{
+    const bool is_while = step->kind == STEP_WHILE;
+    const bool above = global_ask(w->global, w->evaluation++, is_while ? w->plan->threshold_while : 0) == OUTCOME_TRUE;
+    if (!is_while)
+        return above;
+    w->result->iterations++;
+    const int repeat = w->plan->repeat_index[step - w->plan->program->steps];
+    if (++w->iterations[repeat] < w->plan->max_iterations)
+        return above;
+    w->result->iteration_limit_reached |= above;
+    return false;
+}
+
+static void walk_schedule(walk *w)
+{
+    const program *program = w->plan->program;
+    for (int s = 0; s < program->step_count; s++) {
+        const step *step = &program->steps[s];
+        switch (step->kind) {
+        case STEP_CLEAR: w->result->planes[step->plane].bytes_cleared += plane_bytes(w, step->plane, w->sample_count); break;
+        case STEP_COPY:
+            w->result->planes[step->source].bytes_read += plane_bytes(w, step->source, w->sample_count);
+            w->result->planes[step->plane].bytes_written += plane_bytes(w, step->plane, w->sample_count);
+            break;
+        case STEP_DRAW: count_draw(w, step); break;
+        case STEP_FULLSCREEN: w->result->fullscreen_passes++; break;
+        case STEP_REPEAT: w->iterations[w->plan->repeat_index[s]] = 0; break;
+        case STEP_WHILE:
+            if (condition_holds(w, step))
+                s = step->target;
+            break;
+        case STEP_IF:
+            if (!condition_holds(w, step))
+                s = step->target;
+            break;
+        case STEP_SWAP:
+        case STEP_RESET:
+        case STEP_END: break;
+        }
+    }
+}
+
+static void count_instructions(const walk *w, const uint64_t *counts)
+{
+    const program *program = w->plan->program;
+    for (int k = 0; k < program->kernel_count; k++) {
+        int count;
+        const instruction *code = bound_instructions(w->plan->bound, k, &count);
+        for (int i = 0; i < count; i++) {
+            const uint64_t executed = counts[w->plan->count_offset[k] + (uint32_t)i];
+            plane_result *planes = w->result->planes;
+            switch (code[i].op) {
+            case OP_ld: planes[code[i].a].bytes_read += plane_bytes(w, code[i].a, executed); break;
+            case OP_tex: planes[code[i].a].texture_bytes_read += plane_bytes(w, code[i].a, executed); break;
+            case OP_st: planes[code[i].d].bytes_written += plane_bytes(w, code[i].d, executed); break;
+            case OP_blend:
+                if (program->blends[code[i].c].composites)
+                    w->result->fragments_composited += executed;
+                break;
+            default: break;
+            }
+        }
+    }
+}
+
+void totals_count(const plan *plan, global *global, const uint64_t *counts, const trace_info *info,
+                  const sample_counts *samples, run_result *result)
+{
+    walk w = {.plan = plan, .global = global, .info = info, .samples = samples, .result = result};
+    w.sample_count = (uint64_t)info->width * info->height * info->samples;
+    walk_schedule(&w);
+    count_instructions(&w, counts);
+}
