@@ -12,6 +12,6 @@ for label in slices_cone_slices_8 knot; do
     cmp "$work/out/$label.layer_peel.png" "$work/out/$label.ideal_coherent_layer_peel.png" || complain "pictures of $label differ"
 done
 expect 2 "--size is" demo --size 0
-expect 1 "" demo scene:no_such_scene --out "$work/out"
+expect 2 "no_such_scene" demo scene:no_such_scene --out "$work/out"
 expect 3 "cannot be made" demo --out "$work/none/out"
 finish
