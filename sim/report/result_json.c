@@ -20,10 +20,10 @@ static json_t *planes_object(const run_result *result)
     json_t *planes = json_array();
     for (int i = 0; i < result->plane_count; i++) {
         const plane_result *plane = &result->planes[i];
-        json_array_append_new(planes, json_pack("{s:s, s:s, s:o, s:o, s:o}", "name", plane->name, "format",
+        json_array_append_new(planes, json_pack("{s:s, s:s, s:o, s:o, s:o, s:o}", "name", plane->name, "format",
                                                 format_table[plane->format].name, "bytes_read", count(plane->bytes_read),
-                                                "bytes_written", count(plane->bytes_written), "texture_bytes_read",
-                                                count(plane->texture_bytes_read)));
+                                                "bytes_written", count(plane->bytes_written), "bytes_cleared",
+                                                count(plane->bytes_cleared), "texture_bytes_read", count(plane->texture_bytes_read)));
     }
     return planes;
 }

@@ -6,11 +6,12 @@
 
 static void print_planes(const run_result *result, FILE *out)
 {
-    fprintf(out, "\n  %-20s %-8s %16s %16s %16s\n", "plane", "format", "bytes read", "bytes written", "texture bytes");
+    fprintf(out, "\n  %-20s %-8s %14s %14s %14s %14s\n", "plane", "format", "bytes read", "written", "cleared", "by textures");
     for (int i = 0; i < result->plane_count; i++) {
         const plane_result *plane = &result->planes[i];
-        fprintf(out, "  %-20s %-8s %16" PRIu64 " %16" PRIu64 " %16" PRIu64 "\n", plane->name,
-                format_table[plane->format].name, plane->bytes_read, plane->bytes_written, plane->texture_bytes_read);
+        fprintf(out, "  %-20s %-8s %14" PRIu64 " %14" PRIu64 " %14" PRIu64 " %14" PRIu64 "\n", plane->name,
+                format_table[plane->format].name, plane->bytes_read, plane->bytes_written, plane->bytes_cleared,
+                plane->texture_bytes_read);
     }
 }
 

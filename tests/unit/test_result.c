@@ -23,8 +23,8 @@ static void fill(run_result *result)
         .error = {.exact = false, .max_abs = 0.1, .rmse = 1.0 / 3, .psnr_db = 9.5, .samples_wrong = 8},
         .error_known = true, .wall_seconds = 0.25, .fragments_per_second = 48,
     };
-    result->planes[0] = (plane_result){"depth", FORMAT_z24, 21, 22, 23};
-    result->planes[1] = (plane_result){"front", FORMAT_rgba16f, UINT64_C(1) << 40, 25, 0};
+    result->planes[0] = (plane_result){"depth", FORMAT_z24, 21, 22, 24, 23};
+    result->planes[1] = (plane_result){"front", FORMAT_rgba16f, UINT64_C(1) << 40, 25, 26, 0};
 }
 
 static json_t *at(json_t *object, const char *key)
@@ -79,6 +79,7 @@ static void json_has_every_key(void **state)
     EXPECT_TEXT(plane, "format", "rgba16f");
     EXPECT_INTEGER(plane, "bytes_read", INT64_C(1) << 40);
     EXPECT_INTEGER(plane, "bytes_written", 25);
+    EXPECT_INTEGER(plane, "bytes_cleared", 26);
     EXPECT_INTEGER(json_array_get(at(object, "planes"), 0), "texture_bytes_read", 23);
     assert_true(json_is_false(at(at(object, "error"), "exact")));
     EXPECT_REAL(at(object, "error"), "max_abs", 0.1);
