@@ -2,6 +2,7 @@
 #ifndef ROPSIM_TEST_TRACE_RANDOM_H
 #define ROPSIM_TEST_TRACE_RANDOM_H
 
+#include <dirent.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -212,7 +213,7 @@ static inline void put_file(const char *path, const void *bytes, size_t size)
     assert_int_equal(fclose(file), 0);
 }
 
-// A folder of the test's own, removed by its last test.
+// A folder of the test program's own: give remove_test_folder as the group's teardown.
 static inline const char *test_folder(void)
 {
     static char folder[] = "/tmp/ropsim-test-XXXXXX";
@@ -221,6 +222,29 @@ static inline const char *test_folder(void)
         assert_non_null(mkdtemp(folder));
     made = true;
     return folder;
+}
+
+// How many files it holds.
+static inline int test_folder_files(void)
+{
+    DIR *folder = opendir(test_folder());
+    assert_non_null(folder);
+    int count = 0;
+    for (struct dirent *entry; (entry = readdir(folder));)
+        count += entry->d_name[0] != '.';
+    closedir(folder);
+    return count;
+}
+
+static inline int remove_test_folder(void **state)
+{
+    (void)state;
+    DIR *folder = opendir(test_folder());
+    for (struct dirent *entry; folder && (entry = readdir(folder));)
+        unlinkat(dirfd(folder), entry->d_name, 0);
+    if (folder)
+        closedir(folder);
+    return rmdir(test_folder());
 }
 
 static inline const char *test_path(const char *name)
