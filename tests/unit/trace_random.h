@@ -82,9 +82,11 @@ static inline memory_trace *random_trace(uint64_t seed, uint32_t samples, int de
     assert_non_null(trace);
     uint64_t state = seed;
     trace_info *info = &trace->info;
-    *info = (trace_info){.width = 1 + (uint32_t)(random_next(&state) % 300), .height = 1 + (uint32_t)(random_next(&state) % 300),
-                         .samples = samples, .depth_bits = depth_bits, .nonfinite = nonfinite,
-                         .reversed_depth = random_next(&state) % 2, .background = {0.1f, 0, -0.0f, 1}};
+    *info = (trace_info){.samples = samples, .depth_bits = depth_bits, .nonfinite = nonfinite, .background = {0.1f, 0, -0.0f, 1}};
+    // one call a statement: C leaves the order of calls within an expression open
+    info->width = 1 + (uint32_t)(random_next(&state) % 300);
+    info->height = 1 + (uint32_t)(random_next(&state) % 300);
+    info->reversed_depth = random_next(&state) % 2;
     trace_standard_positions(info);
     if (random_next(&state) % 2)
         info->sample_positions[samples - 1][1] = -77;
@@ -95,7 +97,8 @@ static inline memory_trace *random_trace(uint64_t seed, uint32_t samples, int de
         trace->draw[i] = (uint32_t)((uint64_t)i * info->draw_count / count);
         trace->draws[trace->draw[i]].fragments++;
         bool run = i > 0 && random_next(&state) % 8;
-        primitive = run ? primitive : (uint32_t)random_next(&state) >> (random_next(&state) % 32);
+        uint64_t next = random_next(&state);
+        primitive = run ? primitive : (uint32_t)next >> (next >> 59);
         trace->primitive[i] = primitive;
         trace->x[i] = (uint16_t)(run ? (trace->x[i - 1] + 1u) % info->width : random_next(&state) % info->width);
         trace->y[i] = (uint16_t)(run ? trace->y[i - 1] : random_next(&state) % info->height);
@@ -216,12 +219,15 @@ static inline void put_file(const char *path, const void *bytes, size_t size)
 // A folder of the test program's own: give remove_test_folder as the group's teardown.
 static inline const char *test_folder(void)
 {
-    static char folder[] = "/tmp/ropsim-test-XXXXXX";
-    static bool made;
+    // In memory where that is possible: the damage tests write some ten thousand files.
+    static char folders[][32] = {"/dev/shm/ropsim-test-XXXXXX", "/tmp/ropsim-test-XXXXXX"};
+    static const char *made;
     if (!made)
-        assert_non_null(mkdtemp(folder));
-    made = true;
-    return folder;
+        made = mkdtemp(folders[0]);
+    if (!made)
+        made = mkdtemp(folders[1]);
+    assert_non_null(made);
+    return made;
 }
 
 // How many files it holds.
