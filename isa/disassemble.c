@@ -5,6 +5,7 @@
 
 typedef struct printer {
     const program *program;
+    const bound_program *bound;  // NULL: passes as declared
     FILE *out;
 } printer;
 
@@ -50,7 +51,9 @@ static void print_value(const printer *p, const value *value)
 
 static void print_source(const printer *p, uint8_t source)
 {
-    if (source >= SOURCE_CONSTANT)
+    if (source >= SOURCE_CONSTANT + p->program->constant_count)  // added by lowering
+        fprintf(p->out, "%u", bound_constant(p->bound, source - SOURCE_CONSTANT));
+    else if (source >= SOURCE_CONSTANT)
         print_value(p, &p->program->constants[source - SOURCE_CONSTANT]);
     else if (source >= SOURCE_DEPTH_FORMAT)
         fprintf(p->out, "z.%s", format_table[source - SOURCE_DEPTH_FORMAT].name);
@@ -80,7 +83,7 @@ static void print_operand(const printer *p, operand_kind kind, uint8_t field, in
     case OPERAND_PLANE: fputs(p->program->planes[field].name, p->out); break;
     case OPERAND_QUERY: fputs(p->program->queries[field].name, p->out); break;
     case OPERAND_BLEND: fputs(p->program->blends[field].name, p->out); break;
-    case OPERAND_COMP: fputc("rgba"[field & 3], p->out); break;
+    case OPERAND_COMP: fputc("rgba"[field & 3], p -> out); break;
     case OPERAND_FORMAT: fputs(format_table[field].name, p->out); break;
     case OPERAND_LABEL: fprintf(p->out, "L%d", word + field); break;
     }
@@ -105,21 +108,29 @@ static void print_instruction(const printer *p, instruction i, int word)
     fputc('\n', p->out);
 }
 
-static void print_kernel(const printer *p, const kernel_decl *kernel)
+static void print_instructions(const printer *p, const kernel_decl *kernel, const instruction *code, int count)
 {
     bool label[WORD_MAX + 1] = {false};
-    instruction i;
-    for (int w = 0; w < kernel->word_count; w++)
-        if (word_decode(kernel->words[w], &i) && i.op == OP_skip && w + i.b <= WORD_MAX)
-            label[w + i.b] = true;
+    for (int w = 0; w < count; w++)
+        if (code[w].op == OP_skip && w + code[w].b <= WORD_MAX)
+            label[w + code[w].b] = true;
     fprintf(p->out, "\nkernel %s%s\n", kernel->name, kernel->fullscreen ? " fullscreen" : "");
-    for (int w = 0; w <= kernel->word_count; w++) {
+    for (int w = 0; w <= count; w++) {
         if (label[w])
             fprintf(p->out, "  L%d:\n", w);
-        if (w < kernel->word_count && word_decode(kernel->words[w], &i))
-            print_instruction(p, i, w);
+        if (w < count)
+            print_instruction(p, code[w], w);
     }
     fputs("end\n", p->out);
+}
+
+static void print_kernel(const printer *p, const kernel_decl *kernel)
+{
+    instruction code[WORD_MAX];
+    int count = 0;
+    while (count < kernel->word_count && word_decode(kernel->words[count], &code[count]))
+        count++;
+    print_instructions(p, kernel, code, count);
 }
 
 static void print_clip(const printer *p, const clip_decl *clip)
@@ -183,7 +194,9 @@ static void print_step(const printer *p, const step *step, int indent)
         fprintf(p->out, "%s %s %s", step->kind == STEP_COPY ? "copy" : "swap", program->planes[step->plane].name,
                 program->planes[step->source].name);
         break;
-    case STEP_DRAW: fprintf(p->out, "draw %s with %s", class_name(step->classes), program->kernels[step->kernel].name); break;
+    case STEP_DRAW:
+        fprintf(p->out, "draw %s with %s", class_name(step->classes), program->kernels[step->kernel].name);
+        break;
     case STEP_FULLSCREEN: fprintf(p->out, "fullscreen %s", program->kernels[step->kernel].name); break;
     case STEP_RESET: fprintf(p->out, "reset %s", program->queries[step->query].name); break;
     case STEP_IF: fprintf(p->out, "if %s", program->queries[step->query].name); break;
@@ -240,16 +253,26 @@ static void print_declarations(const printer *p)
     fprintf(p->out, "%s\n", program->planes[program->output_base].name);
 }
 
-status disassemble_text(const program *program, FILE *out)
+status disassemble_bound(const program *program, const bound_program *bound, FILE *out)
 {
-    const printer p = {program, out};
+    const printer p = {program, bound, out};
     print_declarations(&p);
     for (int i = 0; i < program->kernel_count; i++) {
-        if (program->kernels[i].is_pass)
-            print_pass(&p, &program->kernels[i]);
+        const kernel_decl *kernel = &program->kernels[i];
+        int count = 0;
+        const instruction *lowered = bound && kernel->is_pass ? bound_instructions(bound, i, &count) : NULL;
+        if (lowered)
+            print_instructions(&p, kernel, lowered, count);
+        else if (kernel->is_pass)
+            print_pass(&p, kernel);
         else
-            print_kernel(&p, &program->kernels[i]);
+            print_kernel(&p, kernel);
     }
     print_schedule(&p);
     return ferror(out) ? STATUS_IO : STATUS_OK;
+}
+
+status disassemble_text(const program *program, FILE *out)
+{
+    return disassemble_bound(program, NULL, out);
 }

@@ -324,6 +324,9 @@ void bound_destroy(bound_program *bound);
 // Lowered instructions of kernel k; word_count in *count. Valid as long as `bound`.
 const instruction *bound_instructions(const bound_program *bound, int kernel, int *count);
 uint32_t bound_constant(const bound_program *bound, int index);
+// As disassemble_text, with every pass as the kernel that it was lowered to. Assembles again, where a program may hold
+// that many constants. `program` is the one that was bound.
+status disassemble_bound(const program *program, const bound_program *bound, FILE *out);
 format bound_plane_format(const bound_program *bound, int plane);
 uint32_t bound_plane_mask(const bound_program *bound, int plane);      // value bits of a UINT plane
 uint32_t bound_depth_formats(const bound_program *bound);  // bit f: some kernel reads the fragment's depth in format f

@@ -7,7 +7,7 @@ status command_program_path(const char *name, char *path, size_t size)
 {
     enum { PROGRAMS_MAX = 128 };
     size_t length = strlen(name);
-    bool is_path = strchr(name, '/') || (length > 4 && strcmp(name + length - 4, ".rop") == 0);
+    bool is_path = strpbrk(name, "/.") != NULL;  // no shipped program has a dot in its name
     if (is_path && length < size) {
         snprintf(path, size, "%s", name);
         return STATUS_OK;
@@ -21,11 +21,13 @@ status command_program_path(const char *name, char *path, size_t size)
     for (int i = 0; i < count; i++)
         words[i] = names[i];
     const char *meant = nearest_word(name, words, (size_t)count);
-    return report_error(&command_report, STATUS_REFUSED, "no program is called `%s`%s%s%s; give a stem of programs/ or a path ending in .rop",
-                        name, meant ? "; did you mean `" : "", meant ? meant : "", meant ? "`?" : "");
+    return report_error(&command_report, STATUS_REFUSED,
+                        "no program is called `%s`%s%s%s; give a stem of programs/ or the path of a file", name,
+                        meant ? "; did you mean `" : "", meant ? meant : "", meant ? "`?" : "");
 }
 
-status command_find_machine(const char *name, int argc, char **argv, const command_option *options, int set_row, machine *machine)
+status command_find_machine(const char *name, int argc, char **argv, const command_option *options, int set_row,
+                            machine *machine)
 {
     command_line line = {.argc = argc, .argv = argv, .options = options};
     status status = machine_load(name ? name : COMMAND_DEFAULT_MACHINE, &command_report, machine);

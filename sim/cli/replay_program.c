@@ -1,7 +1,8 @@
 // Program text, machine and trace to a result: what every command that replays has in common.
 #include "command.h"
 
-status command_replay(const char *name, const machine *machine, trace *trace, const run_options *options, run_result **result)
+status command_replay(const char *name, const machine *machine, trace *trace, const run_options *options,
+                      run_result **result)
 {
     enum { PATH_SIZE = 4096 };
     char path[PATH_SIZE];
@@ -11,7 +12,7 @@ status command_replay(const char *name, const machine *machine, trace *trace, co
     status status = command_program_path(name, path, sizeof path);
     if (status != STATUS_OK)
         return status;
-    status = assemble_file(path, &command_report, &program);
+    status = command_load_program(path, &program);
     if (status != STATUS_OK)
         return status;
     machine_limits(machine, &limits);
