@@ -116,12 +116,13 @@ static bool tidy_colors(float (*colors)[4], uint32_t count)
     return alpha;
 }
 
-static status build(const char *path, polygon_soup *soup, const report *report, mesh *mesh)
+static status build(const char *path, const mesh_promise *promise, polygon_soup *soup, const report *report, mesh *mesh)
 {
     status result = triangulate(path, soup, report, mesh);
     if (result)
         return result;
-    mesh->face_count = soup->face_count;
+    mesh->face_count = (uint32_t)promise->faces;
+    mesh->dropped_faces += mesh->face_count - soup->face_count;
     mesh->vertex_count = soup->vertex_count;
     mesh->positions = soup->positions;
     mesh->vertex_normals = soup->normals;
@@ -137,7 +138,7 @@ static status build(const char *path, polygon_soup *soup, const report *report, 
     bool vertex_alpha = tidy_colors(mesh->vertex_colors, mesh->vertex_count), face_alpha = tidy_colors(mesh->face_colors, mesh->triangle_count);
     mesh->colors_have_alpha = vertex_alpha || face_alpha;
     if (mesh->dropped_faces)
-        report_warning(report, "%s: left out %u of %u faces: fewer than three corners, or a corner that is not there or not finite", path,
+        report_warning(report, "%s: left out %u of %u faces: fewer than three corners (in OBJ and STL: that differ), or a corner that is not there or not finite", path,
             mesh->dropped_faces, mesh->face_count);
     if (mesh->vertex_colors && mesh->face_colors)
         report_warning(report, "%s: has colours of faces and of vertices; those of the faces are shown", path);
@@ -159,13 +160,13 @@ status mesh_load(const char *path, const report *report, mesh **loaded)
         return report_error(report, STATUS_REFUSED, "%s: %s", path, reason);
     if (promise.vertices != UINT64_MAX && soup.vertex_count != promise.vertices)
         result = report_error(report, STATUS_REFUSED, "%s: damaged: %llu vertices are announced, %u can be read", path, (unsigned long long)promise.vertices, soup.vertex_count);
-    else if (promise.faces != UINT64_MAX && soup.face_count != promise.faces)
+    else if (promise.skips_faces ? soup.face_count > promise.faces : soup.face_count != promise.faces)
         result = report_error(report, STATUS_REFUSED, "%s: damaged: %llu faces are announced, %u can be read", path, (unsigned long long)promise.faces, soup.face_count);
     mesh *mesh = result ? NULL : calloc(1, sizeof *mesh);
     if (!mesh && !result)
         result = report_error(report, STATUS_IO, "%s: out of memory", path);
     if (!result)
-        result = build(path, &soup, report, mesh);
+        result = build(path, &promise, &soup, report, mesh);
     polygon_soup_clear(&soup);
     if (result)
         mesh_destroy(mesh);

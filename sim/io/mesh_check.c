@@ -27,7 +27,7 @@ static status check_open_file(const char *path, int file, int format, const repo
     void *data = mmap(NULL, size, PROT_READ, MAP_PRIVATE, file, 0);
     if (data == MAP_FAILED)
         return report_error(report, STATUS_IO, "%s: %s", path, strerror(errno));
-    *promise = (mesh_promise){ UINT64_MAX, UINT64_MAX, size };
+    *promise = (mesh_promise){ .vertices = UINT64_MAX, .faces = UINT64_MAX, .file_bytes = size };
     mesh_bytes bytes = { path, report, data, size };
     status result = formats[format].check(&bytes, promise);
     munmap(data, size);

@@ -5,9 +5,10 @@
 
 #include "../sim.h"
 
-// What the file says it holds; UINT64_MAX: it does not say.
+// What the file says it holds. STL does not say how many vertices: UINT64_MAX.
 typedef struct mesh_promise {
     uint64_t vertices, faces;
+    bool skips_faces;         // OpenMesh's reader leaves out faces that repeat a corner
     uint64_t file_bytes;      // more vertices, faces or corners than this cannot be
 } mesh_promise;
 

@@ -2,6 +2,7 @@
 #include "mesh_check.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,8 +44,8 @@ static bool is_word(word word, const char *text)
     return word.size == strlen(text) && memcmp(word.text, text, word.size) == 0;
 }
 
-// The words of the line at `at`, which moves behind it. -1 at the end of the file; more words than asked for are
-// counted, not kept.
+// The words of the line at `at`, which moves behind it. -1 at the end of the file and where it is no text; more
+// words than asked for are counted, not kept.
 static int next_line(ply *ply, word words[WORDS_MAX])
 {
     const char *text = (const char *)ply->file->data, *end = text + ply->file->size, *at = text + ply->at;
@@ -53,6 +54,9 @@ static int next_line(ply *ply, word words[WORDS_MAX])
         return -1;
     ply->at = (size_t)(line_end + 1 - text);
     int count = 0;
+    for (const char *c = at; c < line_end; c++)
+        if (iscntrl((unsigned char)*c) && !isspace((unsigned char)*c))
+            return -1;
     while (at < line_end) {
         while (at < line_end && isspace((unsigned char)*at))
             at++;
@@ -135,7 +139,7 @@ static status read_header(ply *ply)
         int count = next_line(ply, words);
         status result = STATUS_OK;
         if (count < 0)
-            return refuse(ply, "the header has no end_header");
+            return refuse(ply, "the header has no end_header, or is not text");
         if (count == 1 && is_word(words[0], "end_header"))
             return STATUS_OK;
         if (count == 0 || is_word(words[0], "comment") || is_word(words[0], "obj_info"))
@@ -144,7 +148,7 @@ static status read_header(ply *ply)
             result = add_element(ply, words, count);
         } else if (is_word(words[0], "property")) {
             result = add_property(ply, words, count);
-        } else if (count == 3 && is_word(words[0], "format")) {
+        } else if (count == 3 && is_word(words[0], "format") && is_word(words[2], "1.0")) {
             ply->has_form = true;
             ply->form = is_word(words[1], "ascii") ? PLY_ASCII : is_word(words[1], "binary_big_endian") ? PLY_BIG : PLY_LITTLE;
             if (ply->form == PLY_LITTLE && !is_word(words[1], "binary_little_endian"))
@@ -157,24 +161,21 @@ static status read_header(ply *ply)
     }
 }
 
-// A list's length, or a value's presence, as text or bytes; false if it is not there or no number.
+// A number as text; *value is its integer, or -1 if it is none. False if there is no number.
 static bool take_text(ply *ply, int64_t *value)
 {
     const unsigned char *data = ply->file->data;
-    size_t size = ply->file->size;
+    size_t size = ply->file->size, length = 0;
+    char word[64];
     while (ply->at < size && isspace(data[ply->at]))
         ply->at++;
-    size_t start = ply->at;
-    *value = 0;
-    bool whole = true;
-    for (; ply->at < size && !isspace(data[ply->at]); ply->at++) {
-        whole = whole && isdigit(data[ply->at]);
-        if (whole && *value < INT64_C(1) << 40)
-            *value = *value * 10 + (data[ply->at] - '0');
-    }
-    if (!whole)
-        *value = -1;
-    return ply->at > start && memchr("+-.0123456789", data[start], 13);
+    for (; ply->at < size && !isspace(data[ply->at]) && length < sizeof word - 1; ply->at++)
+        word[length++] = (char)data[ply->at];
+    word[length] = 0;
+    char *rest;
+    double number = strtod(word, &rest);
+    *value = number >= 0 && number < 0x1p40 && strspn(word, "0123456789") == length ? (int64_t)number : -1;
+    return length && !*rest && rest == word + length && isfinite(number);
 }
 
 static bool take_bytes(ply *ply, int bytes, bool is_signed, int64_t *value)

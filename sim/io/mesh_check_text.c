@@ -2,6 +2,8 @@
 #include "mesh_check.h"
 
 #include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct text {
@@ -39,6 +41,25 @@ static int count_words(const char *line, size_t size)
     return count;
 }
 
+// Whether the first `count` words are finite numbers. The line ends with the file or in a space of some kind.
+static bool are_numbers(const char *line, size_t size, int count)
+{
+    const char *at = line, *end = line + size;
+    for (int i = 0; i < count; i++) {
+        char word[64];
+        while (at < end && isspace((unsigned char)*at))
+            at++;
+        size_t length = 0;
+        for (; at < end && !isspace((unsigned char)*at) && length < sizeof word - 1; at++)
+            word[length++] = *at;
+        word[length] = 0;
+        char *rest;
+        if (!length || !isfinite(strtod(word, &rest)) || *rest)
+            return false;
+    }
+    return true;
+}
+
 static status refuse(const text *text, const char *reason)
 {
     return report_error(text->file->report, STATUS_REFUSED, "%s:%llu: %s", text->file->path, text->line, reason);
@@ -50,6 +71,7 @@ status mesh_check_obj(const mesh_bytes *file, mesh_promise *promise)
     const char *line;
     size_t size;
     promise->vertices = promise->faces = 0;
+    promise->skips_faces = true;
     if (memchr(file->data, 0, file->size))
         return refuse(&text, "an OBJ file is text; this one has bytes of zero");
     while (next_line(&text, &line, &size)) {
@@ -62,8 +84,8 @@ status mesh_check_obj(const mesh_bytes *file, mesh_promise *promise)
         int words = count_words(line, size);
         if (line[0] == 'v') {
             promise->vertices++;
-            if (words < 4)
-                return refuse(&text, "a vertex has three coordinates");
+            if (words < 4 || !are_numbers(line + 1, size - 1, 3))
+                return refuse(&text, "a vertex has three coordinates, finite numbers");
         } else if (line[0] == 'f') {
             promise->faces++;
             if (words < 4)
@@ -99,6 +121,7 @@ static bool next_content(text *text, const char **line, size_t *size)
 // [ST][C][N]OFF, counts, a line a vertex, a line a face.
 status mesh_check_off(const mesh_bytes *file, mesh_promise *promise)
 {
+    enum { OFF_VERTEX_WORDS_MAX = 3 + 3 + 4 + 2 };
     text text = text_of(file);
     const char *line;
     size_t size;
@@ -125,16 +148,18 @@ status mesh_check_off(const mesh_bytes *file, mesh_promise *promise)
     for (uint64_t i = 0; i < promise->vertices; i++) {
         if (!next_content(&text, &line, &size))
             return refuse(&text, "the file ends within its vertices");
-        if (count_words(line, size) < 3)
-            return refuse(&text, "a vertex has three coordinates");
+        int words = count_words(line, size);
+        if (words > OFF_VERTEX_WORDS_MAX || !are_numbers(line, size, words > 3 ? words : 3))
+            return refuse(&text, "a vertex has three coordinates, a normal, a colour and a texture coordinate at most, finite numbers");
     }
     for (uint64_t i = 0; i < promise->faces; i++) {
         if (!next_content(&text, &line, &size))
             return refuse(&text, "the file ends within its faces");
         at = line;
         uint64_t corners = take_number(&at, line + size);
-        if (corners > file->size || (uint64_t)count_words(at, (size_t)(line + size - at)) < corners)
-            return refuse(&text, "a face names fewer corners than it announces");
+        int words = count_words(at, (size_t)(line + size - at));
+        if (corners > file->size || (uint64_t)words < corners || (uint64_t)words > corners + 4 || !are_numbers(at, (size_t)(line + size - at), words))
+            return refuse(&text, "a face names fewer corners than it announces, or has what is no number or no colour");
     }
     return STATUS_OK;
 }

@@ -8,12 +8,17 @@
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 
+#include <strings.h>
+#include <unistd.h>
+
 #include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <new>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -197,6 +202,62 @@ void hand_over(SoupImporter &importer, polygon_soup *soup)
 
 } // namespace
 
+namespace {
+
+// OpenMesh's OFF reader takes comments for numbers, wants the counts on a line of their own, colours separated by
+// single spaces, and knows colours of faces only in a file that says COFF. So it gets the file rewritten that way.
+void rewrite_off(std::istream &in, std::ostream &out)
+{
+    bool headed = false;
+    for (std::string line; std::getline(in, line);) {
+        std::istringstream words(line.substr(0, line.find('#')));
+        std::string word, row;
+        while (words >> word) {
+            if (!headed) {
+                if (word.find('C') == std::string::npos)
+                    word.insert(word.rfind("ST", 0) == 0 ? 2 : 0, "C");
+                out << word << '\n';
+                headed = true;
+            } else {
+                row += row.empty() ? word : ' ' + word;
+            }
+        }
+        if (!row.empty())
+            out << row << '\n';
+    }
+}
+
+bool read_off(const char *path, SoupImporter &importer, OpenMesh::IO::Options &options)
+{
+    const char *folder = std::getenv("TMPDIR");
+    std::string copy = std::string(folder && *folder ? folder : "/tmp") + "/ropsim-XXXXXX.off";
+    int file = mkstemps(&copy[0], 4);
+    if (file < 0)
+        throw std::runtime_error("cannot write a temporary copy");
+    close(file);
+    struct Remover {
+        const std::string &path;
+        ~Remover() { unlink(path.c_str()); }
+    } remover{ copy };
+    {
+        std::ifstream in(path);
+        std::ofstream out(copy);
+        rewrite_off(in, out);
+        out.close();
+        if (!out)
+            throw std::runtime_error("cannot write a temporary copy");
+    }
+    return OpenMesh::IO::IOManager().read(copy, importer, options);
+}
+
+bool is_off(const char *path)
+{
+    const char *ending = std::strrchr(path, '.');
+    return ending && strcasecmp(ending, ".off") == 0;
+}
+
+} // namespace
+
 bool mesh_read_polygons(const char *path, uint64_t limit, polygon_soup *soup, char *reason, size_t reason_size)
 {
     static std::mutex one_reader;
@@ -209,7 +270,7 @@ bool mesh_read_polygons(const char *path, uint64_t limit, polygon_soup *soup, ch
         using OpenMesh::IO::Options;
         Options options(Options::VertexNormal | Options::VertexColor | Options::FaceColor);
         SoupImporter importer(limit < 0x7fffffff ? limit : 0x7fffffff);
-        if (!OpenMesh::IO::IOManager().read(std::string(path), importer, options)) {
+        if (!(is_off(path) ? read_off(path, importer, options) : OpenMesh::IO::IOManager().read(std::string(path), importer, options))) {
             std::snprintf(reason, reason_size, "OpenMesh cannot read it");
             return false;
         }
