@@ -132,11 +132,13 @@ INLINE uint64_t guess(const columns *guide, uint32_t i, uint64_t base, const slo
     return base + (uint64_t)guide->dx[i] * slopes->x + (uint64_t)guide->dy[i] * slopes->y;
 }
 
+// By masks: which fragments start rows is as good as random to a branch predictor.
 INLINE void learn(const columns *guide, uint32_t i, uint64_t difference, slopes *slopes)
 {
+    uint64_t is_x = 0 - (uint64_t)(guide->learn[i] & LEARN_X), is_y = 0 - (uint64_t)(guide->learn[i] / LEARN_Y);
     uint64_t along_y = difference - (uint64_t)guide->dx[i] * slopes->x;
-    slopes->x = guide->learn[i] & LEARN_X ? difference : slopes->x;
-    slopes->y = guide->learn[i] & LEARN_Y ? along_y : slopes->y;
+    slopes->x ^= (slopes->x ^ difference) & is_x;
+    slopes->y ^= (slopes->y ^ along_y) & is_y;
 }
 
 INLINE uint8_t *encode_values(const columns *guide, const void *values, uint32_t count, int bytes, uint8_t *planes)
@@ -151,16 +153,34 @@ INLINE uint8_t *encode_values(const columns *guide, const void *values, uint32_t
     return planes + (size_t)count * (size_t)bytes;
 }
 
-INLINE const uint8_t *decode_values(const columns *guide, const uint8_t *planes, uint32_t count, int bytes, void *values)
+// The differences of a column, in the place where its values go.
+INLINE const uint8_t *unpack_differences(const uint8_t *restrict planes, uint32_t count, int bytes, void *restrict values)
 {
-    slopes slopes = {0, 0};
-    for (uint32_t i = 0; i < count; i++) {
-        uint64_t base = i > 0 ? load(values, guide->from[i], bytes) : 0;
-        uint64_t value = guess(guide, i, base, &slopes) + unfold(get_planes(planes, count, i, bytes));
-        store(values, i, bytes, value);
-        learn(guide, i, value - base, &slopes);
-    }
+    for (uint32_t i = 0; i < count; i++)
+        store(values, i, bytes, unfold(get_planes(planes, count, i, bytes)));
     return planes + (size_t)count * (size_t)bytes;
+}
+
+INLINE void decode_value(const columns *guide, uint32_t i, int bytes, void *values, slopes *slopes)
+{
+    uint64_t base = load(values, guide->from[i], bytes);
+    uint64_t value = guess(guide, i, base, slopes) + load(values, i, bytes);
+    store(values, i, bytes, value);
+    learn(guide, i, value - base, slopes);
+}
+
+// Depth and colour side by side: each value waits for the one before it in its column, so five columns take little longer than
+// one. (The planes were merged before: in one loop, streams that lie powers of two apart would fight for the same cache sets.)
+INLINE void decode_values(const columns *guide, int depth_bytes, void *depth, block *block)
+{
+    slopes slopes[5] = {{0, 0}};  // the first fragment is guessed to be 0: its difference is its value
+    for (uint32_t i = 1; i < block->count; i++) {
+        decode_value(guide, i, depth_bytes, depth, &slopes[4]);
+        decode_value(guide, i, 4, block->rgba[0], &slopes[0]);
+        decode_value(guide, i, 4, block->rgba[1], &slopes[1]);
+        decode_value(guide, i, 4, block->rgba[2], &slopes[2]);
+        decode_value(guide, i, 4, block->rgba[3], &slopes[3]);
+    }
 }
 
 void columns_encode(columns *columns, const block *block, int depth_bits, uint8_t *planes)
@@ -192,16 +212,18 @@ void columns_decode(columns *columns, const uint8_t *planes, int depth_bits, blo
     planes = decode_steps(planes, count, 1, block->sample);
     planes = decode_steps(planes, count, 4, block->primitive);
     find_guides(columns, block);
-    if (depth_bits == 64) {
-        planes = decode_values(columns, planes, count, 8, block->depth);
-    } else {
-        planes = decode_values(columns, planes, count, 4, columns->depth_floats);
-        for (uint32_t i = 0; i < count; i++) {
-            float depth;
-            memcpy(&depth, &columns->depth_floats[i], 4);
-            block->depth[i] = (double)depth;
-        }
-    }
+    void *depth = depth_bits == 64 ? (void *)block->depth : columns->depth_floats;
+    planes = depth_bits == 64 ? unpack_differences(planes, count, 8, depth) : unpack_differences(planes, count, 4, depth);
     for (int c = 0; c < 4; c++)
-        planes = decode_values(columns, planes, count, 4, block->rgba[c]);
+        planes = unpack_differences(planes, count, 4, block->rgba[c]);
+    if (depth_bits == 64) {
+        decode_values(columns, 8, depth, block);
+        return;
+    }
+    decode_values(columns, 4, depth, block);
+    for (uint32_t i = 0; i < count; i++) {
+        float value;
+        memcpy(&value, &columns->depth_floats[i], 4);
+        block->depth[i] = (double)value;
+    }
 }
