@@ -185,6 +185,7 @@ typedef struct run_options {
     double occlusion_ratio;    // negative: the program's
     uint64_t memory_bytes;     // budget of the bins; 0: 4 GiB. A trace that needs more is replayed in bands.
     bool reference;            // also compute the exact result and the error
+    bool keep_planes;          // also hand out every plane's values at the end
 } run_options;
 
 typedef struct plane_result {
@@ -217,11 +218,27 @@ typedef struct run_result {
     double wall_seconds, fragments_per_second;   // of the replay itself
     float *image;                      // width * height * 3, samples averaged, over the background
     float *sample_rgb;                 // width * height * samples * 3, before averaging
+    uint32_t *plane_values[PLANE_MAX]; // if options.keep_planes: a word a sample, in sample_rgb's order; of a colour
+                                       // plane four, float bits
 } run_result;
 
 status replay_run(const program *program, const machine *machine, trace *trace, const run_options *options,
                   const report *report, run_result **result);
 void result_destroy(run_result *result);
+
+// The replay of ideal_coherent_layer_peel against hand-written C over the same bins, in turns, on one thread.
+typedef struct bench_result {
+    double replay_seconds, native_seconds;  // least of all turns
+    double read_seconds;                    // to read the bins once and do nothing else
+    uint64_t replay_visits;                 // fragments times geometry passes, as counted
+    uint64_t native_visits;                 // those that the native loop really makes
+    uint64_t bin_bytes;                     // of the bins: 20 a fragment
+    uint64_t checksum;                      // of what was read; means nothing
+} bench_result;
+
+// `ideal`: the program; `machine`: must have 32-bit float depth and colour. STATUS_REFUSED if images differ.
+status bench_run(const program *ideal, const machine *machine, trace *trace, const run_options *options, int turns,
+                 const report *report, bench_result *result);
 
 // ---- Results (sim/report) ------------------------------------------------------------------------------
 

@@ -328,6 +328,8 @@ static status finish(replay *r, const machine *machine)
     status status = sum_counts(r);
     if (status == STATUS_OK)
         status = make_image(r);
+    if (status == STATUS_OK && r->options->keep_planes)
+        status = keep_planes(&r->plan, &r->tiling, r->tiles, &r->empty, r->report, r->result);
     if (status == STATUS_OK && r->options->reference)
         status = compare(r);
     run_result *result = r->result;
@@ -426,5 +428,7 @@ void result_destroy(run_result *result)
         return;
     free(result->image);
     free(result->sample_rgb);
+    for (int i = 0; i < PLANE_MAX; i++)
+        free(result->plane_values[i]);
     free(result);
 }

@@ -31,6 +31,8 @@ static inline uint64_t tiling_place(const tiling *t, uint32_t x, uint32_t y, uin
     return tile * TILE_LANES + ((local_y << t->shift_x) + local_x) * t->samples + sample;
 }
 uint64_t tiling_valid_lanes(const tiling *tiling, uint32_t tile);  // lanes inside the image
+// The sample that a lane holds, counted by rows, pixels, samples of a pixel.
+uint64_t tiling_sample(const tiling *tiling, uint32_t tile, uint32_t lane);
 
 // Batch r of a tile holds the r-th fragment of each sample, so that no sample occurs twice and each sample's
 // fragments keep their order. Its fragments lie together, in order of lanes, from `offset` on.
@@ -149,6 +151,9 @@ bool reference_tile(const bins *bins, const bin *bin, uint64_t lanes, const floa
 void resolve_tile(const plan *plan, const tile *tile, float rgb[TILE_LANES][3]);
 void resolve_store(const tiling *tiling, uint32_t tile, uint64_t lanes, float rgb[TILE_LANES][3], run_result *result);
 void resolve_average(run_result *result);  // sample_rgb to image
+// Fills result->plane_values (keep_planes.c); `empty` stands for the tiles without storage.
+status keep_planes(const plan *plan, const tiling *tiling, const tile *tiles, const tile *empty, const report *report,
+                   run_result *result);
 
 // Differences of float results from exact ones (compare.c).
 typedef struct error_sum { double max_abs, squares; uint64_t components, wrong; } error_sum;

@@ -20,11 +20,9 @@ void resolve_tile(const plan *plan, const tile *tile, float rgb[TILE_LANES][3])
 
 void resolve_store(const tiling *tiling, uint32_t tile, uint64_t lanes, float rgb[TILE_LANES][3], run_result *result)
 {
-    const uint32_t x0 = tile % tiling->columns << tiling->shift_x, y0 = tile / tiling->columns << tiling->shift_y;
     for (; lanes; lanes &= lanes - 1) {
-        const uint32_t lane = (uint32_t)__builtin_ctzll(lanes), pixel = lane / tiling->samples;
-        const uint64_t x = x0 + (pixel & (tiling->tile_width - 1)), y = y0 + (pixel >> tiling->shift_x);
-        const uint64_t sample = (y * tiling->image_width + x) * tiling->samples + lane % tiling->samples;
+        const uint32_t lane = (uint32_t)__builtin_ctzll(lanes);
+        const uint64_t sample = tiling_sample(tiling, tile, lane);
         for (int c = 0; c < 3; c++)
             result->sample_rgb[3 * sample + (uint64_t)c] = rgb[lane][c];
     }

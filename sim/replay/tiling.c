@@ -30,3 +30,11 @@ uint64_t tiling_valid_lanes(const tiling *tiling, uint32_t tile)
     }
     return lanes;
 }
+
+uint64_t tiling_sample(const tiling *tiling, uint32_t tile, uint32_t lane)
+{
+    const uint32_t pixel = lane / tiling->samples;
+    const uint64_t x = (tile % tiling->columns << tiling->shift_x) + (pixel & (tiling->tile_width - 1));
+    const uint64_t y = (tile / tiling->columns << tiling->shift_y) + (pixel >> tiling->shift_x);
+    return (y * tiling->image_width + x) * tiling->samples + lane % tiling->samples;
+}

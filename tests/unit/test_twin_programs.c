@@ -1,0 +1,79 @@
+// The shipped programs on random images and machines: the replay equals its twin in every count, plane value and
+// pixel. ROPSIM_TEST_SEED and ROPSIM_TEST_COUNT (images a machine) make other and longer runs.
+#include "../twin/random_input.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+
+enum { PROGRAM_MAX = 64, USUAL_COUNT = 60 };
+
+static uint64_t random_limit(dice *dice)
+{
+    return dice_chance(dice, 70) ? 0 : 1 + dice_below(dice, 3);
+}
+
+static double random_ratio(dice *dice)
+{
+    return dice_chance(dice, 70) ? -1.0 : dice_chance(dice, 50) ? 0.0 : (double)dice_unit(dice) * 0.3;
+}
+
+// Each image through all programs, on a machine with random settings.
+static void run_programs(const char *machine_name)
+{
+    static char names[PROGRAM_MAX][NAME_SIZE];
+    program *programs[PROGRAM_MAX];
+    const int count = data_names("programs", ".rop", names, PROGRAM_MAX);
+    assert_true(count >= 4);
+    for (int p = 0; p < count; p++) {
+        char file[NAME_SIZE + 8], path[4096];
+        snprintf(file, sizeof file, "%.63s.rop", names[p]);
+        assert_int_equal(data_path("programs", file, path, sizeof path), STATUS_OK);
+        assert_int_equal(assemble_file(path, NULL, &programs[p]), STATUS_OK);
+    }
+    for (uint32_t i = 0; i < test_count(USUAL_COUNT); i++) {
+        dice dice = {(test_seed() << 32) + i};
+        twin_image image;
+        machine machine;
+        random_image(&dice, false, &image);
+        random_machine(&dice, machine_name, &machine);
+        const uint64_t limit = random_limit(&dice);
+        const double ratio = random_ratio(&dice);
+        char label[64];
+        snprintf(label, sizeof label, "image %u of seed %llu", i, (unsigned long long)test_seed());
+        for (int p = 0; p < count; p++)
+            assert_true(same_as_twin(programs[p], &machine, &image, limit, ratio, label));
+        random_image_free(&image);
+    }
+    for (int p = 0; p < count; p++)
+        program_destroy(programs[p]);
+}
+
+static void programmable_equals_twin(void **state)
+{
+    (void)state;
+    run_programs("programmable");
+}
+
+static void g80_equals_twin(void **state)
+{
+    (void)state;
+    run_programs("g80");
+}
+
+static void tiny_equals_twin(void **state)
+{
+    (void)state;
+    run_programs("tiny");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(programmable_equals_twin),
+        cmocka_unit_test(g80_equals_twin),
+        cmocka_unit_test(tiny_equals_twin),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
