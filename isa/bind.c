@@ -62,6 +62,13 @@ static bool is_register(operand_kind kind)
     return kind == OPERAND_REG || kind == OPERAND_COLOR || kind == OPERAND_ANY;
 }
 
+static bool is_under(const blend_decl *blend)
+{
+    return blend->rgb.equation == EQUATION_add && blend->rgb.source == FACTOR_dst_alpha &&
+           blend->rgb.destination == FACTOR_one && blend->alpha.equation == EQUATION_add &&
+           blend->alpha.source == FACTOR_zero && blend->alpha.destination == FACTOR_one_minus_src_alpha;
+}
+
 static void settle_operands(bound_program *bound, instruction i, bound_instruction *out, bool has_skip)
 {
     const opcode_row *row = &opcode_table[i.op];
@@ -75,9 +82,7 @@ static void settle_operands(bound_program *bound, instruction i, bound_instructi
     out->a = i.a;
     out->b = i.b;
     out->c = i.c;
-    if (row->d == OPERAND_PRED)
-        out->d_offset = (uint16_t)(STATE_PREDICATES + i.d * TILE_LANES);
-    else if (is_register(row->d))
+    if (is_register(row->d))
         out->d_offset = place_source(bound, i.d).offset;
     if (row->a == OPERAND_PRED) {
         out->a = i.a & 7;
@@ -91,6 +96,7 @@ static void settle_operands(bound_program *bound, instruction i, bound_instructi
     } else if (is_source(row->b)) {
         out->source_b = place_source(bound, i.b);
     }
+    out->under = i.op == OP_blend && is_under(&bound->source->blends[i.c]);
     const int plane = row->d == OPERAND_PLANE ? i.d : i.a;
     out->color = row->d == OPERAND_PLANE || row->a == OPERAND_PLANE
                      ? format_table[bound->plane_formats[plane]].class == FORMAT_CLASS_COLOR
@@ -105,7 +111,6 @@ typedef struct definition { bool all, some; uint8_t guard; bool negated; int ver
 
 typedef struct flow {
     definition registers[SOURCE_COLOR + COLOR_COUNT];
-    bool predicate_written[PREDICATE_COUNT];
     int predicate_version[PREDICATE_COUNT];
 } flow;
 
@@ -135,12 +140,6 @@ static void note_write(flow *flow, uint8_t destination, instruction writer)
         *def = (definition){false, true, writer.guard, writer.guard_negated, flow->predicate_version[writer.guard]};
 }
 
-static void note_predicate_read(const flow *flow, bound_kernel *kernel, int predicate)
-{
-    if (predicate && !flow->predicate_written[predicate])
-        kernel->zero_predicates |= (uint8_t)(1u << predicate);
-}
-
 static void find_zeros(bound_kernel *kernel)
 {
     const bool has_skip = kernel->has_skip;
@@ -148,11 +147,6 @@ static void find_zeros(bound_kernel *kernel)
     for (int w = 0; w < kernel->count; w++) {
         const instruction i = kernel->words[w];
         const opcode_row *row = &opcode_table[i.op];
-        note_predicate_read(&flow, kernel, i.guard);
-        if (row->a == OPERAND_PRED)
-            note_predicate_read(&flow, kernel, i.a & 7);
-        if (row->b == OPERAND_PRED)
-            note_predicate_read(&flow, kernel, i.b & 7);
         if (is_source(row->a))
             note_read(&flow, kernel, i.a, i, has_skip);
         if (is_source(row->b))
@@ -161,10 +155,8 @@ static void find_zeros(bound_kernel *kernel)
             note_read(&flow, kernel, i.d, i, has_skip);
         if (is_register(row->d))
             note_write(&flow, i.d, i);
-        if (row->d == OPERAND_PRED) {
-            flow.predicate_written[i.d] = !has_skip;  // a lane that skipped the write keeps what it had
+        if (row->d == OPERAND_PRED)
             flow.predicate_version[i.d]++;
-        }
     }
 }
 

@@ -20,8 +20,7 @@ enum {
 enum {
     STATE_REGISTERS = 0,
     STATE_COLORS = STATE_REGISTERS + REGISTER_COUNT * TILE_LANES,
-    STATE_PREDICATES = STATE_COLORS + COLOR_COUNT * 4 * TILE_LANES,
-    STATE_WORDS = STATE_PREDICATES + PREDICATE_COUNT * TILE_LANES,
+    STATE_WORDS = STATE_COLORS + COLOR_COUNT * 4 * TILE_LANES,
 };
 
 typedef enum color_place { PLACE_STATE, PLACE_STRAIGHT, PLACE_PREMULTIPLIED } color_place;
@@ -38,10 +37,11 @@ typedef struct bound_instruction {
     bool guard_negated;
     bool masked;        // lanes outside the guard keep what d holds
     bool writes_predicate;
+    bool under;         // a blend by front-to-back compositing
     bool color;         // ld, tex, st, mov of a colour
     bool a_negated, b_negated;  // predicate sources
     uint8_t d, a, b, c;         // as in `instruction`
-    uint16_t d_offset;          // REG, COLOR, PRED: words into the state
+    uint16_t d_offset;          // REG, COLOR: words into the state
     bound_source source_a, source_b;
 } bound_instruction;
 
@@ -49,7 +49,6 @@ typedef struct bound_kernel {
     bound_instruction code[LOWERED_MAX];
     instruction words[LOWERED_MAX];
     uint32_t zero_registers, zero_colors;  // bit i: must start as zero, since it may be read before it is written
-    uint8_t zero_predicates;
     int count;
     bool has_skip;
 } bound_kernel;

@@ -14,12 +14,27 @@ static inline void store(uint32_t *lanes, int v, vu value)
     *(vu *)(lanes + v * LANES) = value;
 }
 
-static inline vu choose(vu mask, vu yes, vu no)
+// Lane masks of all ones or zero; the compiler turns them into blends.
+static inline vu pick(vu mask, vu yes, vu no)
 {
     return (mask & yes) | (~mask & no);
 }
 
-// One bit a lane from masks of all ones or zero.
+// Vector v of 64 lanes: `yes` where the lane's bit is set.
+static inline vu choose(uint64_t lanes, int v, vu yes, vu no)
+{
+#if defined(__x86_64__) && EXECUTE_BYTES == 64
+    return (vu)_mm512_mask_blend_epi32((__mmask16)(lanes >> (v * LANES)), (__m512i)no, (__m512i)yes);
+#else
+    vu bit;
+    for (int lane = 0; lane < LANES; lane++)
+        bit[lane] = 1u << lane;
+    const vu spread = (vu){0} + (uint32_t)(lanes >> (v * LANES));
+    return pick((vu)((spread & bit) == bit), yes, no);
+#endif
+}
+
+// One bit a lane from a mask of all ones or zero.
 static inline uint64_t mask_bits(vu mask)
 {
 #if defined(__x86_64__) && EXECUTE_BYTES == 64
@@ -36,17 +51,29 @@ static inline uint64_t mask_bits(vu mask)
 #endif
 }
 
-// 64 lane masks from 64 bits.
-static inline void expand_bits(uint32_t *masks, uint64_t bits)
+// Compares give a bit a lane. AVX-512 has them as one instruction, which the generic form does not reach.
+#if defined(__x86_64__) && EXECUTE_BYTES == 64
+#define LANES_COMPARE(NAME, OPERATOR, TYPE, INTRINSIC)                             \
+    static inline uint64_t NAME(vu a, vu b) { return (uint64_t)(INTRINSIC); }
+#else
+#define LANES_COMPARE(NAME, OPERATOR, TYPE, INTRINSIC)                             \
+    static inline uint64_t NAME(vu a, vu b) { return mask_bits((vu)((TYPE)a OPERATOR(TYPE) b)); }
+#endif
+LANES_COMPARE(lanes_eq, ==, vu, _mm512_cmpeq_epu32_mask((__m512i)a, (__m512i)b))
+LANES_COMPARE(lanes_ne, !=, vu, _mm512_cmpneq_epu32_mask((__m512i)a, (__m512i)b))
+LANES_COMPARE(lanes_lt, <, vu, _mm512_cmplt_epu32_mask((__m512i)a, (__m512i)b))
+LANES_COMPARE(lanes_ge, >=, vu, _mm512_cmpge_epu32_mask((__m512i)a, (__m512i)b))
+LANES_COMPARE(lanes_flt, <, vf, _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ))
+LANES_COMPARE(lanes_fge, >=, vf, _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_GE_OQ))
+
+static inline vu lanes_min(vu a, vu b)
 {
-    vu select_bit;
-    for (int lane = 0; lane < LANES; lane++)
-        select_bit[lane] = 1u << lane;
-    for (int v = 0; v < TILE_LANES / LANES; v++) {
-        const uint32_t group = (uint32_t)(bits >> (v * LANES) & ((1ull << LANES) - 1));
-        const vu spread = (vu){0} + group;
-        store(masks, v, (vu)((spread & select_bit) != 0));
-    }
+    return pick((vu)(a < b), a, b);
+}
+
+static inline vu lanes_max(vu a, vu b)
+{
+    return pick((vu)(a < b), b, a);
 }
 
 // What a store in the format keeps of a colour component; the vector twin of format_round_component.
@@ -58,16 +85,16 @@ static inline vf round_component(format format, vf value)
     if (format == FORMAT_rgba8) {
         const vf zero = {0}, one = zero + 1.0f;
         vf clamped = (vf)(bits & (vu)(value > zero));
-        clamped = (vf)choose((vu)(clamped > one), (vu)one, (vu)clamped);
+        clamped = (vf)pick((vu)(clamped > one), (vu)one, (vu)clamped);
         return __builtin_convertvector(__builtin_convertvector(clamped * 255.0f + 0.5f, vi), vf) / 255.0f;
     }
     // binary16, toward zero: cut the mantissa; denormal halves are multiples of 2^-24.
     const vu sign = bits & 0x80000000u, magnitude = bits & 0x7fffffffu;
-    const vf small = __builtin_convertvector(__builtin_convertvector((vf)choose((vu)(magnitude < 0x38800000u), magnitude, (vu){0}) * 0x1p24f, vi), vf) * 0x1p-24f;
-    vu kept = choose((vu)(magnitude < 0x38800000u), (vu)small, magnitude & ~0x1fffu);
-    kept = choose((vu)(magnitude >= 0x47800000u), (vu){0} + 0x477fe000u, kept);
-    kept = choose((vu)(magnitude == 0x7f800000u), (vu){0} + 0x7f800000u, kept);
-    kept = choose((vu)(magnitude > 0x7f800000u), (vu){0} + 0x7fc00000u, kept);
+    const vf small = __builtin_convertvector(__builtin_convertvector((vf)pick((vu)(magnitude < 0x38800000u), magnitude, (vu){0}) * 0x1p24f, vi), vf) * 0x1p-24f;
+    vu kept = pick((vu)(magnitude < 0x38800000u), (vu)small, magnitude & ~0x1fffu);
+    kept = pick((vu)(magnitude >= 0x47800000u), (vu){0} + 0x477fe000u, kept);
+    kept = pick((vu)(magnitude == 0x7f800000u), (vu){0} + 0x7f800000u, kept);
+    kept = pick((vu)(magnitude > 0x7f800000u), (vu){0} + 0x7fc00000u, kept);
     return (vf)(kept | sign);
 }
 
@@ -90,6 +117,15 @@ static inline vf blend_weight(blend_factor factor, const vf s[4], const vf t[4],
     return zero;
 }
 
+// The blend of front-to-back compositing, by far the most frequent: what blend_channel computes for
+// rgb add dst_alpha one, alpha add zero one_minus_src_alpha, without asking for each factor.
+static inline void blend_under(const vf s[4], const vf t[4], vf out[4])
+{
+    for (int channel = 0; channel < 3; channel++)
+        out[channel] = s[channel] * t[3] + t[channel] * 1.0f;
+    out[3] = s[3] * 0.0f + t[3] * (1.0f - s[3]);
+}
+
 // D3D11.3 17.6: a weight of zero still multiplies, so a NaN comes through; min and max drop a NaN.
 static inline vf blend_channel(blend_equation equation, blend_factor source, blend_factor destination, const vf s[4],
                                const vf t[4], int channel)
@@ -99,8 +135,8 @@ static inline vf blend_channel(blend_equation equation, blend_factor source, ble
     case EQUATION_add: return a * blend_weight(source, s, t, channel) + b * blend_weight(destination, s, t, channel);
     case EQUATION_subtract: return a * blend_weight(source, s, t, channel) - b * blend_weight(destination, s, t, channel);
     case EQUATION_reverse_subtract: return b * blend_weight(destination, s, t, channel) - a * blend_weight(source, s, t, channel);
-    case EQUATION_min: return (vf)choose((vu)(a < b) | (vu)(b != b), (vu)a, (vu)b);
-    case EQUATION_max: return (vf)choose((vu)(a > b) | (vu)(b != b), (vu)a, (vu)b);
+    case EQUATION_min: return (vf)pick((vu)(a < b) | (vu)(b != b), (vu)a, (vu)b);
+    case EQUATION_max: return (vf)pick((vu)(a > b) | (vu)(b != b), (vu)a, (vu)b);
     case BLEND_EQUATION_COUNT: break;
     }
     return a;
