@@ -28,8 +28,9 @@ static status refuse_name(const char *name, const report *report)
         words[i] = names[i];
     }
     const char *meant = nearest_word(name, words, (size_t)count);
-    return report_error(report, STATUS_REFUSED, "no machine is called `%s`; there are %s; or give a file ending in .yaml%s%s%s",
-                        name, count ? list : "none (is ROPSIM_DATA right?)", meant ? "; did you mean `" : "",
+    return report_error(report, STATUS_REFUSED,
+                        "no machine is called `%s`; there are %s; or give a file ending in .yaml%s%s%s", name,
+                        count ? list : "none (is ROPSIM_DATA right?)", meant ? "; did you mean `" : "",
                         meant ? meant : "", meant ? "`?" : "");
 }
 

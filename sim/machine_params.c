@@ -11,11 +11,13 @@
 enum { ELEMENT_MAX = 64, NUMBER_DIGITS_MAX = 18 };  // 18 digits always fit an int64_t
 
 const param_row param_rows[] = {
-#define PARAM_INT(key, min, max, unit, meaning) {#key, PARAM_KIND_INT, offsetof(machine, key), min, max, unit, 0, NULL, 0, meaning},
+#define PARAM_INT(key, min, max, unit, meaning) \
+    {#key, PARAM_KIND_INT, offsetof(machine, key), min, max, unit, 0, NULL, 0, meaning},
 #define PARAM_BOOL(key, meaning) {#key, PARAM_KIND_BOOL, offsetof(machine, key), 0, 1, NULL, 0, NULL, 0, meaning},
 #define PARAM_FORMAT(key, class, meaning) \
     {#key, PARAM_KIND_FORMAT, offsetof(machine, key), 0, 0, NULL, FORMAT_CLASS_##class, NULL, 0, meaning},
-#define PARAM_CHOICE(key, words, meaning) {#key, PARAM_KIND_CHOICE, offsetof(machine, key), 0, 0, NULL, 0, words, 0, meaning},
+#define PARAM_CHOICE(key, words, meaning) \
+    {#key, PARAM_KIND_CHOICE, offsetof(machine, key), 0, 0, NULL, 0, words, 0, meaning},
 #define PARAM_SET(key, table, meaning) \
     {#key, PARAM_KIND_SET, offsetof(machine, key), 0, 0, NULL, 0, NULL, PARAM_TABLE_##table, meaning},
 #include "params.def"

@@ -105,7 +105,8 @@ static bool read_value(yaml_reader *reader, const param_row *row)
         if (!is_plain(&event)) {
             char accepted[PARAM_TEXT_SIZE];
             param_accepted(row, accepted);
-            snprintf(why, sizeof why, "%s must be %.800s, written plain: no quotes, tags or anchors", row->key, accepted);
+            snprintf(why, sizeof why, "%s must be %.800s, written plain: no quotes, tags or anchors", row->key,
+                     accepted);
             refuse_at(reader, event.start_mark, why);
         } else if (!param_read(row, scalar_text(&event), reader->machine, why)) {
             refuse_at(reader, event.start_mark, why);
@@ -127,8 +128,9 @@ static const param_row *read_key(yaml_reader *reader, const yaml_event_t *event)
     const param_row *row = param_find(key);
     if (!row) {
         const char *meant = param_nearest(key);
-        snprintf(why, sizeof why, "unknown key `%.60s`%s%s%s", key, meant ? "; did you mean `" : "; `ropsim machine --keys` lists all",
-                 meant ? meant : "", meant ? "`?" : "");
+        snprintf(why, sizeof why, "unknown key `%.60s`%s%s%s", key,
+                 meant ? "; did you mean `" : "; `ropsim machine --keys` lists all", meant ? meant : "",
+                 meant ? "`?" : "");
         refuse_at(reader, event->start_mark, why);
         return NULL;
     }
@@ -190,7 +192,8 @@ static bool expect(yaml_reader *reader, yaml_event_type_t wanted, const char *wh
 static void read_stream(yaml_reader *reader)
 {
     const char *one_mapping = "a machine file is one mapping of keys to values";
-    if (!expect(reader, YAML_STREAM_START_EVENT, one_mapping) || !expect(reader, YAML_DOCUMENT_START_EVENT, one_mapping) ||
+    if (!expect(reader, YAML_STREAM_START_EVENT, one_mapping) ||
+        !expect(reader, YAML_DOCUMENT_START_EVENT, one_mapping) ||
         !expect(reader, YAML_MAPPING_START_EVENT, one_mapping))
         return;
     read_mapping(reader);

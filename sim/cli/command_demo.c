@@ -87,8 +87,10 @@ static void print_heading(const char *scene, const trace_info *info)
     printf("%s: %" PRIu64 " fragments, %u x %u pixels, %u %s a pixel\n\n", scene, info->fragment_count, info->width,
            info->height, info->samples, info->samples == 1 ? "sample" : "samples");
     // A Markdown table: it can be pasted into a page.
-    puts("| program                   | runs on g80 | geometry passes | fragments replayed |  plane MB | largest error | exact | Mfrag/s |\n"
-         "|---------------------------|-------------|----------------:|-------------------:|----------:|--------------:|-------|--------:|");
+    puts("| program                   | runs on g80 | geometry passes | fragments replayed |  plane MB | largest error "
+         "| exact | Mfrag/s |\n"
+         "|---------------------------|-------------|----------------:|-------------------:|----------:|--------------:"
+         "|-------|--------:|");
 }
 
 static status run_program(const demo *demo, const char *name, const char *label, const char *trace_path, trace *trace)
@@ -127,8 +129,8 @@ static status run_scene(const demo *demo, const char *scene)
         status = run_program(demo, demo_programs[i], label, trace_path, trace);
     trace_close(trace);
     if (status == STATUS_OK)
-        printf("\npictures: %s/%s.PROGRAM.png   results: %s/%s.PROGRAM.json   trace: %s\n\n", demo->out, label, demo->out,
-               label, trace_path);
+        printf("\npictures: %s/%s.PROGRAM.png   results: %s/%s.PROGRAM.json   trace: %s\n\n", demo->out, label,
+               demo->out, label, trace_path);
     return status;
 }
 

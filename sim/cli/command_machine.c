@@ -15,7 +15,8 @@ static int list_machines(void)
     char names[MACHINES_MAX][NAME_SIZE];
     int count = data_names("machines", ".yaml", names, MACHINES_MAX);
     if (count == 0)
-        return (int)report_error(&command_report, STATUS_IO, "no machines folder found; ROPSIM_DATA may name its parent");
+        return (int)report_error(&command_report, STATUS_IO,
+                                 "no machines folder found; ROPSIM_DATA may name its parent");
     for (int i = 0; i < count; i++)
         puts(names[i]);
     return STATUS_OK;

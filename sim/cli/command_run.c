@@ -3,7 +3,17 @@
 
 #include <string.h>
 
-enum { ROW_MACHINE, ROW_SET, ROW_DETAIL, ROW_THREADS, ROW_IMAGE, ROW_JSON, ROW_ITERATIONS, ROW_RATIO, ROW_NO_REFERENCE };
+enum {
+    ROW_MACHINE,
+    ROW_SET,
+    ROW_DETAIL,
+    ROW_THREADS,
+    ROW_IMAGE,
+    ROW_JSON,
+    ROW_ITERATIONS,
+    ROW_RATIO,
+    ROW_NO_REFERENCE
+};
 static const command_option option_rows[] = {
     [ROW_MACHINE] = {"machine", 0, "NAME|FILE", "shipped machine or .yaml file; default " COMMAND_DEFAULT_MACHINE},
     [ROW_SET] = {"set", 0, "KEY=VALUE", "change one key of the machine; may be repeated"},
@@ -11,8 +21,10 @@ static const command_option option_rows[] = {
     [ROW_THREADS] = {"threads", 0, "N", "threads over tiles; default 0: one a processor; results do not depend on it"},
     [ROW_IMAGE] = {"image", 0, "FILE", "write the image: .exr and .pfm linear float RGB, .png 8-bit sRGB"},
     [ROW_JSON] = {"json", 0, "FILE", "write the result as JSON"},
-    [ROW_ITERATIONS] = {"max-iterations", 0, "N", "of each repeat; default 0: the program's limit, else 2 x deepest sample + 16"},
-    [ROW_RATIO] = {"occlusion-ratio", 0, "R", "a repeat ends when a query counts at most R x samples; 0 to 1; default: the program's"},
+    [ROW_ITERATIONS] = {"max-iterations", 0, "N",
+                        "of each repeat; default 0: the program's limit, else 2 x deepest sample + 16"},
+    [ROW_RATIO] = {"occlusion-ratio", 0, "R",
+                   "a repeat ends when a query counts at most R x samples; 0 to 1; default: the program's"},
     [ROW_NO_REFERENCE] = {"no-reference", 0, NULL, "do not compute the exact result and the error"},
     {0},
 };

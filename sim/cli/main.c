@@ -63,12 +63,14 @@ const report command_report = {.say = say, .progress = show_progress, .user = &p
 static void print_help(FILE *out)
 {
     fputs("ropsim: a simulator of a rasterizer whose ROP is programmable\n\n"
-          "usage: ropsim [--progress] COMMAND ...\n\n", out);
+          "usage: ropsim [--progress] COMMAND ...\n\n",
+          out);
     for (int i = 0; i < COMMAND_COUNT; i++)
         fprintf(out, "  %-9s %s\n", commands[i].name, commands[i].summary);
     fputs("\n  --help, --version, and `ropsim COMMAND --help` for options, defaults and units\n"
           "  --progress    show progress although stderr is not a terminal\n\n"
-          "Exit codes: 0 done, 1 the input was refused or a check failed, 2 usage, 3 input or output failed.\n", out);
+          "Exit codes: 0 done, 1 the input was refused or a check failed, 2 usage, 3 input or output failed.\n",
+          out);
 }
 
 static status refuse_command(const char *name)
@@ -77,8 +79,8 @@ static status refuse_command(const char *name)
     for (int i = 0; i < COMMAND_COUNT; i++)
         names[i] = commands[i].name;
     const char *meant = nearest_word(name, names, COMMAND_COUNT);
-    return report_error(&command_report, STATUS_USAGE, "there is no command `%s`; %s%s%s`ropsim --help` lists all", name,
-                        meant ? "did you mean `" : "", meant ? meant : "", meant ? "`? " : "");
+    return report_error(&command_report, STATUS_USAGE, "there is no command `%s`; %s%s%s`ropsim --help` lists all",
+                        name, meant ? "did you mean `" : "", meant ? meant : "", meant ? "`? " : "");
 }
 
 // A result that did not reach stdout (a full disk, a closed pipe) is a failure, whatever the command thinks.

@@ -26,7 +26,8 @@ static void print_help(const command_line *line)
     for (const command_option *option = line->options; option->name; option++) {
         char left[NAME_SIZE];
         snprintf(left, sizeof left, "%s%c%s--%s%s%s", option->letter ? "-" : "", option->letter ? option->letter : ' ',
-                 option->letter ? ", " : "   ", option->name, option->argument ? " " : "", option->argument ? option->argument : "");
+                 option->letter ? ", " : "   ", option->name, option->argument ? " " : "",
+                 option->argument ? option->argument : "");
         printf("  %-30s %s\n", left, option->help);
     }
     printf("  %-30s %s\n", "    --help", "print this");
@@ -41,8 +42,9 @@ static int error_unknown(const command_line *line, const char *word)
     for (const command_option *option = line->options; option->name && count < OPTIONS_MAX; option++)
         names[count++] = option->name;
     const char *meant = word[1] == '-' ? nearest_word(name, names, count) : NULL;
-    report_error(&command_report, STATUS_USAGE, "%s has no option `%s`; %s%s%s`ropsim %s --help` lists all", line->argv[0],
-                 word, meant ? "did you mean `--" : "", meant ? meant : "", meant ? "`? " : "", line->argv[0]);
+    report_error(&command_report, STATUS_USAGE, "%s has no option `%s`; %s%s%s`ropsim %s --help` lists all",
+                 line->argv[0], word, meant ? "did you mean `--" : "", meant ? meant : "", meant ? "`? " : "",
+                 line->argv[0]);
     return COMMAND_ERROR;
 }
 
@@ -93,7 +95,8 @@ int command_next(command_line *line)
     }
     if (option->argument && !line->value) {
         if (line->index + 1 >= line->argc) {
-            report_error(&command_report, STATUS_USAGE, "--%s wants %s after it: %s", option->name, option->argument, option->help);
+            report_error(&command_report, STATUS_USAGE, "--%s wants %s after it: %s", option->name, option->argument,
+                         option->help);
             return COMMAND_ERROR;
         }
         line->value = line->argv[++line->index];
@@ -123,7 +126,8 @@ bool command_double(const char *option, const char *text, double min, double max
         *value = number;
         return true;
     }
-    report_error(&command_report, STATUS_USAGE, "--%s is `%s`, but must be a number from %g to %g", option, text, min, max);
+    report_error(&command_report, STATUS_USAGE, "--%s is `%s`, but must be a number from %g to %g", option, text, min,
+                 max);
     return false;
 }
 

@@ -45,9 +45,9 @@ status image_module(const report *report, image_functions *functions)
         return report_error(report, STATUS_IO, "the image module cannot be opened: %s", why);
     void *symbol;
 // POSIX's dlsym hands out functions as void *; copying the bytes is the conversion that ISO C lacks.
-#define MODULE_FUNCTION(name, parameters)                                                                \
-    symbol = dlsym(module, "ropsim_module_" #name);                                                      \
-    if (!symbol)                                                                                         \
+#define MODULE_FUNCTION(name, parameters) \
+    symbol = dlsym(module, "ropsim_module_" #name); \
+    if (!symbol) \
         return report_error(report, STATUS_IO, "the image module is of another version: it has no " #name); \
     memcpy(&functions->name, &symbol, sizeof symbol);
 #include "module/functions.def"

@@ -128,8 +128,7 @@ status image_read_rgb(const char *path, const report *report, uint32_t *width, u
     result = image_module(report, &functions);
     if (result != STATUS_OK)
         return result;
-    if (functions.read_rgb(path, image_kinds[kind].module_name, pixels_max, width, height, rgb, why,
-                           sizeof why))
+    if (functions.read_rgb(path, image_kinds[kind].module_name, pixels_max, width, height, rgb, why, sizeof why))
         return report_error(report, STATUS_REFUSED, "%s: cannot be read as an image: %s", path, why);
     size_t count = (size_t)*width * *height * 3;
     for (size_t i = 0; kind == IMAGE_PNG && i < count; i++)

@@ -21,9 +21,10 @@ static json_t *planes_object(const run_result *result)
     for (int i = 0; i < result->plane_count; i++) {
         const plane_result *plane = &result->planes[i];
         json_array_append_new(planes, json_pack("{s:s, s:s, s:o, s:o, s:o, s:o}", "name", plane->name, "format",
-                                                format_table[plane->format].name, "bytes_read", count(plane->bytes_read),
-                                                "bytes_written", count(plane->bytes_written), "bytes_cleared",
-                                                count(plane->bytes_cleared), "texture_bytes_read", count(plane->texture_bytes_read)));
+                                                format_table[plane->format].name, "bytes_read",
+                                                count(plane->bytes_read), "bytes_written", count(plane->bytes_written),
+                                                "bytes_cleared", count(plane->bytes_cleared), "texture_bytes_read",
+                                                count(plane->texture_bytes_read)));
     }
     return planes;
 }
@@ -34,14 +35,15 @@ static json_t *error_object(const run_result *result)
     if (!result->error_known)
         return json_null();
     return json_pack("{s:b, s:o, s:o, s:o, s:o}", "exact", error->exact, "max_abs", number(error->max_abs), "rmse",
-                     number(error->rmse), "psnr_db", number(error->psnr_db), "samples_wrong", count(error->samples_wrong));
+                     number(error->rmse), "psnr_db", number(error->psnr_db), "samples_wrong",
+                     count(error->samples_wrong));
 }
 
 static json_t *result_object(const run_result *result, const char *trace_path)
 {
-    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "version", ROPSIM_VERSION, "program", result->program,
-                               "trace", trace_path, "trace_hash", result->trace_hash, "machine", result->machine,
-                               "machine_hash", result->machine_hash, "detail", "function");
+    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "version", ROPSIM_VERSION, "program",
+                               result->program, "trace", trace_path, "trace_hash", result->trace_hash, "machine",
+                               result->machine, "machine_hash", result->machine_hash, "detail", "function");
     if (!object)  // a name that is not UTF-8, or no memory
         return NULL;
     json_object_set_new(object, "width", count(result->width));
@@ -49,15 +51,16 @@ static json_t *result_object(const run_result *result, const char *trace_path)
     json_object_set_new(object, "samples", count(result->samples));
     json_object_set_new(object, "geometry_passes", count(result->geometry_passes));
     json_object_set_new(object, "geometry_passes_by_class",
-                        json_pack("{s:o, s:o}", "transparent", count(result->passes_by_class[CLASS_TRANSPARENT]), "sorted",
-                                  count(result->passes_by_class[CLASS_SORTED])));
+                        json_pack("{s:o, s:o}", "transparent", count(result->passes_by_class[CLASS_TRANSPARENT]),
+                                  "sorted", count(result->passes_by_class[CLASS_SORTED])));
     json_object_set_new(object, "fullscreen_passes", count(result->fullscreen_passes));
     json_object_set_new(object, "iterations", count(result->iterations));
     json_object_set_new(object, "iteration_limit_reached", json_boolean(result->iteration_limit_reached));
     json_object_set_new(object, "deepest_sample", count(result->deepest_sample));
     json_object_set_new(object, "fragments",
                         json_pack("{s:o, s:o, s:o}", "in_trace", count(result->fragments_in_trace), "replayed",
-                                  count(result->fragments_replayed), "composited", count(result->fragments_composited)));
+                                  count(result->fragments_replayed), "composited",
+                                  count(result->fragments_composited)));
     json_object_set_new(object, "planes", planes_object(result));
     json_object_set_new(object, "error", error_object(result));
     json_object_set_new(object, "wall_seconds", number(result->wall_seconds));
@@ -69,7 +72,8 @@ status result_write_json(const run_result *result, const char *trace_path, const
 {
     json_t *object = result_object(result, trace_path);
     if (!object)
-        return report_error(report, STATUS_REFUSED, "%s: the trace's name is not UTF-8, and JSON holds nothing else", path);
+        return report_error(report, STATUS_REFUSED, "%s: the trace's name is not UTF-8, and JSON holds nothing else",
+                            path);
     aside *aside = NULL;
     FILE *file = NULL;
     status status = aside_open(path, report, &aside, &file);

@@ -6,7 +6,8 @@
 
 static void print_planes(const run_result *result, FILE *out)
 {
-    fprintf(out, "\n  %-20s %-8s %14s %14s %14s %14s\n", "plane", "format", "bytes read", "written", "cleared", "by textures");
+    fprintf(out, "\n  %-20s %-8s %14s %14s %14s %14s\n", "plane", "format", "bytes read", "written", "cleared",
+            "by textures");
     for (int i = 0; i < result->plane_count; i++) {
         const plane_result *plane = &result->planes[i];
         fprintf(out, "  %-20s %-8s %14" PRIu64 " %14" PRIu64 " %14" PRIu64 " %14" PRIu64 "\n", plane->name,
@@ -30,8 +31,8 @@ status result_print(const run_result *result, FILE *out)
 {
     fprintf(out, "%s on %s, %u x %u pixels, %u %s a pixel\n", result->program, result->machine, result->width,
             result->height, result->samples, result->samples == 1 ? "sample" : "samples");
-    fprintf(out, "  geometry passes     %" PRIu64 " (transparent %" PRIu64 ", sorted %" PRIu64 ")\n", result->geometry_passes,
-            result->passes_by_class[CLASS_TRANSPARENT], result->passes_by_class[CLASS_SORTED]);
+    fprintf(out, "  geometry passes     %" PRIu64 " (transparent %" PRIu64 ", sorted %" PRIu64 ")\n",
+            result->geometry_passes, result->passes_by_class[CLASS_TRANSPARENT], result->passes_by_class[CLASS_SORTED]);
     fprintf(out, "  full-screen passes  %" PRIu64 "\n", result->fullscreen_passes);
     fprintf(out, "  iterations          %" PRIu64 "%s\n", result->iterations,
             result->iteration_limit_reached ? ", stopped at the limit" : "");

@@ -123,8 +123,14 @@ static void refusals_leave_no_file(void **state)
 static void damaged_images_are_refused(void **state)
 {
     (void)state;
-    static const char *const texts[] = {"PF\n1 1\n-1.0\nabc", "PF\n1 1\n1.0\nabcdabcdabcd", "PF\n0 1\n-1.0\n", "P6\n1 1\n255\n",
-                                        "PF\n999999999 999999999\n-1.0\n", "PF\n-1 1\n-1.0\n", "", "PF\n1 1\n-1.0\n"};
+    static const char *const texts[] = {"PF\n1 1\n-1.0\nabc",
+                                        "PF\n1 1\n1.0\nabcdabcdabcd",
+                                        "PF\n0 1\n-1.0\n",
+                                        "P6\n1 1\n255\n",
+                                        "PF\n999999999 999999999\n-1.0\n",
+                                        "PF\n-1 1\n-1.0\n",
+                                        "",
+                                        "PF\n1 1\n-1.0\n"};
     static const char *const names[] = {"bad.pfm", "bad.exr", "bad.png"};
     for (size_t i = 0; i < 3 * sizeof texts / sizeof *texts; i++) {
         const char *name = names[i % 3];
@@ -147,13 +153,13 @@ int main(void)
     if (!mkdtemp(folder))
         return 1;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(floats_keep_their_bits),     cmocka_unit_test(png_is_srgb),
-        cmocka_unit_test(files_repeat),               cmocka_unit_test(pfm_rows_go_up),
-        cmocka_unit_test(refusals_leave_no_file),     cmocka_unit_test(damaged_images_are_refused),
+        cmocka_unit_test(floats_keep_their_bits), cmocka_unit_test(png_is_srgb),
+        cmocka_unit_test(files_repeat),           cmocka_unit_test(pfm_rows_go_up),
+        cmocka_unit_test(refusals_leave_no_file), cmocka_unit_test(damaged_images_are_refused),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    static const char *const names[] = {"bits.exr", "bits.pfm", "bits.EXR", "curve.png", "a.exr", "a.png", "a.pfm", "rows.pfm",
-                                        "bad.pfm",  "bad.exr",  "bad.png"};
+    static const char *const names[] = {"bits.exr", "bits.pfm", "bits.EXR", "curve.png", "a.exr",  "a.png",
+                                        "a.pfm",    "rows.pfm", "bad.pfm",  "bad.exr",   "bad.png"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         unlink(in_folder(names[i]));
     return failed + (rmdir(folder) != 0);  // a file left behind is a failure, too

@@ -100,8 +100,9 @@ static void settings_are_checked(void **state)
 
 // One value that each key accepts and that no shipped machine has; a new row of params.def asks for one here.
 static const char *const other_values[] = {
-    "fixed_function=true", "depth_format=z16", "color_format=rgba16f", "stencil_bits=3", "range_clip=interpolated",
-    "formats=z24", "opcodes=ld,st", "planes_max=7", "bits_per_sample_max=77", "color_targets_max=3", "instructions_max=33",
+    "fixed_function=true",     "depth_format=z16",    "color_format=rgba16f", "stencil_bits=3",
+    "range_clip=interpolated", "formats=z24",         "opcodes=ld,st",        "planes_max=7",
+    "bits_per_sample_max=77",  "color_targets_max=3", "instructions_max=33",
 };
 
 // Each key changes the hash, is printed, and is read back from what was printed.

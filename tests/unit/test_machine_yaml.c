@@ -43,11 +43,17 @@ static void rules_are_kept(void **state)
         {"range_clip: !!str stored", last_key, STATUS_REFUSED, {".yaml:5:13: ", "tags"}},
         {"range_clip:", last_key, STATUS_REFUSED, {".yaml:5:12: ", "must be stored or interpolated"}},
         {"range_clip: *x", last_key, STATUS_REFUSED, {".yaml:5:13: ", ""}},
-        {"range_clop: stored", last_key, STATUS_REFUSED, {".yaml:5:1: unknown key `range_clop`; did you mean `range_clip`?", "missing key range_clip"}},
+        {"range_clop: stored",
+         last_key,
+         STATUS_REFUSED,
+         {".yaml:5:1: unknown key `range_clop`; did you mean `range_clip`?", "missing key range_clip"}},
         {"colour: red\nrange_clip: stored", last_key, STATUS_REFUSED, {".yaml:5:1: unknown key `colour`", "--keys"}},
         {"[a, b]: stored\nrange_clip: stored", last_key, STATUS_REFUSED, {".yaml:5:1: a key must be a plain word", ""}},
         {"# nothing", last_key, STATUS_REFUSED, {"missing key range_clip: stored or interpolated", ""}},
-        {"range_clip: stored\nrange_clip: stored", last_key, STATUS_REFUSED, {".yaml:6:1: range_clip is set a second time", "line 5"}},
+        {"range_clip: stored\nrange_clip: stored",
+         last_key,
+         STATUS_REFUSED,
+         {".yaml:6:1: range_clip is set a second time", "line 5"}},
         {"range_clip: stored", "instructions_max: 0\n", STATUS_REFUSED, {".yaml:11:19: ", "from 1 to 256 (words)"}},
         {"range_clip: stored", "instructions_max: 257\n", STATUS_REFUSED, {".yaml:11:19: ", "from 1 to 256 (words)"}},
         {"range_clip: stored", "instructions_max: 1_0\n", STATUS_REFUSED, {".yaml:11:19: ", "an integer"}},
@@ -86,7 +92,8 @@ static void lists_of_formats(void **state)
 {
     (void)state;
     static const char format[] =
-        "fixed_function: true\ndepth_format: z24\ncolor_format: rgba8\nstencil_bits: 8\nrange_clip: stored\nformats: %s\n"
+        "fixed_function: true\ndepth_format: z24\ncolor_format: rgba8\nstencil_bits: 8\nrange_clip: stored\nformats: "
+        "%s\n"
         "opcodes: all\nplanes_max: 4\nbits_per_sample_max: 128\ncolor_targets_max: 1\ninstructions_max: 16\n";
     static const struct {
         const char *list;

@@ -14,14 +14,27 @@ static char path[] = "/tmp/ropsim_result_XXXXXX.json";
 static void fill(run_result *result)
 {
     *result = (run_result){
-        .program = "layer_peel", .machine = "tiny", .machine_hash = "0123", .trace_hash = "4567",
-        .width = 4, .height = 3, .samples = 2,
-        .geometry_passes = 7, .passes_by_class = {9, 5, 2}, .fullscreen_passes = 3, .iterations = 4,
+        .program = "layer_peel",
+        .machine = "tiny",
+        .machine_hash = "0123",
+        .trace_hash = "4567",
+        .width = 4,
+        .height = 3,
+        .samples = 2,
+        .geometry_passes = 7,
+        .passes_by_class = {9, 5, 2},
+        .fullscreen_passes = 3,
+        .iterations = 4,
         .iteration_limit_reached = true,
-        .fragments_in_trace = 11, .fragments_replayed = 12, .fragments_composited = 13, .deepest_sample = 6,
+        .fragments_in_trace = 11,
+        .fragments_replayed = 12,
+        .fragments_composited = 13,
+        .deepest_sample = 6,
         .plane_count = 2,
         .error = {.exact = false, .max_abs = 0.1, .rmse = 1.0 / 3, .psnr_db = 9.5, .samples_wrong = 8},
-        .error_known = true, .wall_seconds = 0.25, .fragments_per_second = 48,
+        .error_known = true,
+        .wall_seconds = 0.25,
+        .fragments_per_second = 48,
     };
     result->planes[0] = (plane_result){"depth", FORMAT_z24, 21, 22, 24, 23};
     result->planes[1] = (plane_result){"front", FORMAT_rgba16f, UINT64_C(1) << 40, 25, 26, 0};
@@ -148,8 +161,14 @@ static void table_shows_the_counts(void **state)
     assert_non_null(file);
     assert_int_equal(result_print(&result, file), STATUS_OK);
     fclose(file);
-    static const char *const shown[] = {"layer_peel on tiny", "2 samples a pixel", "7 (transparent 5, sorted 2)", "stopped at the limit",
-                                        "11 in the trace, 12 replayed, 13 composited", "not exact", "1099511627776", "rgba16f"};
+    static const char *const shown[] = {"layer_peel on tiny",
+                                        "2 samples a pixel",
+                                        "7 (transparent 5, sorted 2)",
+                                        "stopped at the limit",
+                                        "11 in the trace, 12 replayed, 13 composited",
+                                        "not exact",
+                                        "1099511627776",
+                                        "rgba16f"};
     for (size_t i = 0; i < sizeof shown / sizeof *shown; i++) {
         if (!strstr(text, shown[i]))
             fail_msg("`%s` is not in:\n%s", shown[i], text);
@@ -164,8 +183,9 @@ int main(void)
         return 1;
     close(descriptor);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(json_has_every_key), cmocka_unit_test(what_is_not_a_number_is_null), cmocka_unit_test(json_repeats),
-        cmocka_unit_test(refusals),           cmocka_unit_test(table_shows_the_counts),
+        cmocka_unit_test(json_has_every_key),     cmocka_unit_test(what_is_not_a_number_is_null),
+        cmocka_unit_test(json_repeats),           cmocka_unit_test(refusals),
+        cmocka_unit_test(table_shows_the_counts),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     unlink(path);

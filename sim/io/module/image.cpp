@@ -10,7 +10,8 @@
 #include <memory>
 #include <string>
 
-namespace {
+namespace
+{
 
 int fail(char *why, size_t why_size, const std::string &reason)
 {
