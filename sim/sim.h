@@ -74,6 +74,26 @@ void trace_abandon(trace_writer *writer);                   // frees it and leav
 // Reads every byte and checks every rule.
 status trace_check(const char *path, const report *report);
 
+// Figures of a whole trace: how deep its samples are and how near to front-to-back order they arrive.
+enum { SUMMARY_BINS = 1025 };  // the last one: 1024 and more
+
+typedef struct trace_summary {
+    double depth_min, depth_max;        // of the finite depths of all fragments; 0 and 0 if there are none
+    uint64_t depth_outside;             // finite depths below 0 or above 1: the ROP clamps them
+    uint64_t nonfinite;                 // fragments with an infinity or a NaN
+    // Of the transparent and sorted fragments, by sample:
+    uint64_t samples, covered_samples;  // of the picture; with at least one such fragment
+    uint64_t fragments;
+    uint64_t deepest;                   // most fragments at one sample
+    uint64_t histogram[SUMMARY_BINS];   // [k]: samples with k fragments
+    uint64_t pairs;                     // neighbours in arrival order at one sample: fragments - covered_samples
+    uint64_t pairs_in_order, pairs_tied;  // the second is not nearer than the first; has the same depth
+    uint64_t runs, runs_most;           // stretches in front-to-back order: in total, most at one sample
+} trace_summary;
+
+// Reads the trace from its start, in bands of rows so that it needs at most 512 MiB; leaves it rewound, whole.
+status trace_summarize(trace *trace, const report *report, trace_summary *summary);
+
 // ---- Meshes and pictures (sim/io) ----------------------------------------------------------------------
 
 // A triangle soup as the file has it: polygons triangulated in fan order, nothing merged or dropped but what
@@ -101,6 +121,10 @@ status image_write_rgb(const char *path, uint32_t width, uint32_t height, const 
 status image_check_ending(const char *path, const report *report);
 // Reads it back: .exr and .pfm as they are, .png from 8-bit sRGB to linear. Free *rgb with free().
 status image_read_rgb(const char *path, const report *report, uint32_t *width, uint32_t *height, float **rgb);
+
+// Deep EXR images (docs/trace.md says what a conversion keeps; what it loses is said as a warning). Both hold the image in memory.
+status deep_export(trace *trace, const char *path, const report *report);  // the trace stands at its start
+status deep_import(const char *from, const char *path, const report *report);  // writes a trace at `path`
 
 // ---- Recording (sim/raster) ----------------------------------------------------------------------------
 

@@ -1,8 +1,6 @@
 // `ropsim check`: reads every byte of a trace and checks every rule. Says what it found in one line.
 #include "command.h"
 
-#include "../trace/summary.h"
-
 #include <inttypes.h>
 
 static const command_option options[] = {{0}};

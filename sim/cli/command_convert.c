@@ -1,6 +1,6 @@
 // `ropsim convert`: text, binary, deep image and CSV by the files' endings. CSV is written only: it has no header
 // to say the picture's size, and the text form is as easy to make.
-#include "convert.h"
+#include "command.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -36,7 +36,7 @@ static status copy_draw(trace *trace, trace_writer *writer, uint32_t draw, fragm
     return result == STATUS_OK ? trace_end_draw(writer, info->draws[draw].triangles, info->draws[draw].vertices) : result;
 }
 
-status convert_trace_to_trace(trace *trace, const char *path)
+static status convert_to_trace(trace *trace, const char *path)
 {
     const trace_info *info = trace_get_info(trace);
     trace_writer *writer;
@@ -56,7 +56,7 @@ status convert_trace_to_trace(trace *trace, const char *path)
     return trace_finish(writer, hash);
 }
 
-status convert_trace_to_csv(trace *trace, const char *path)
+static status convert_to_csv(trace *trace, const char *path)
 {
     const trace_info *info = trace_get_info(trace);
     aside *aside;
@@ -91,15 +91,15 @@ static status convert(const char *from, const char *to)
     if (source == KIND_DEEP && target != KIND_TEXT && target != KIND_BINARY)
         return command_usage("convert", "a deep image converts to .rtxt or .ropt");
     if (source == KIND_DEEP)
-        return convert_deep_to_trace(from, to);
+        return deep_import(from, to, &command_report);
     trace *trace;
     status result = trace_open(from, &command_report, &trace);
     if (result != STATUS_OK)
         return result;
     if (target == KIND_DEEP)
-        result = convert_trace_to_deep(trace, to);
+        result = deep_export(trace, to, &command_report);
     else
-        result = target == KIND_CSV ? convert_trace_to_csv(trace, to) : convert_trace_to_trace(trace, to);
+        result = target == KIND_CSV ? convert_to_csv(trace, to) : convert_to_trace(trace, to);
     trace_close(trace);
     return result;
 }

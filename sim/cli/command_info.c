@@ -1,8 +1,6 @@
 // `ropsim info`: what a trace holds, as text or as one JSON object.
 #include "command.h"
 
-#include "../trace/summary.h"
-
 #include <inttypes.h>
 #include <jansson.h>
 #include <sys/stat.h>

@@ -4,7 +4,7 @@
 #ifndef ROPSIM_DEEP_H
 #define ROPSIM_DEEP_H
 
-#include "../../isa/isa.h"
+#include "../sim.h"
 #include "module/deep_image.h"
 
 enum { DEEP_COUNT_MAX = 1 << 28 };

@@ -1,5 +1,5 @@
 // One pass a band of rows: each sample of the band keeps how many fragments it saw, its last depth and its runs.
-#include "summary.h"
+#include "../sim.h"
 
 #include <math.h>
 #include <stdlib.h>

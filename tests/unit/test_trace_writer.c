@@ -1,8 +1,6 @@
 // The writer leaves a whole file or none, and the old one when it fails; selection loses nothing; figures of small traces.
 #include "trace_random.h"
 
-#include "../../sim/trace/summary.h"
-
 #include <errno.h>
 #include <math.h>
 #include <signal.h>
