@@ -5,17 +5,33 @@
 #include <string.h>
 
 enum {
-    ROW_OUTPUT, ROW_SIZE, ROW_SAMPLES, ROW_ORTHO, ROW_ORTHO_HEIGHT, ROW_FOV, ROW_EYE, ROW_TARGET, ROW_UP, ROW_NEAR, ROW_FAR,
-    ROW_REVERSE_Z, ROW_ALPHA, ROW_BACKGROUND, ROW_ORDER, ROW_SCENES,
+    ROW_OUTPUT,
+    ROW_SIZE,
+    ROW_SAMPLES,
+    ROW_ORTHO,
+    ROW_ORTHO_HEIGHT,
+    ROW_FOV,
+    ROW_EYE,
+    ROW_TARGET,
+    ROW_UP,
+    ROW_NEAR,
+    ROW_FAR,
+    ROW_REVERSE_Z,
+    ROW_ALPHA,
+    ROW_BACKGROUND,
+    ROW_ORDER,
+    ROW_SCENES,
 };
 static const command_option option_rows[] = {
     [ROW_OUTPUT] = {"output", 'o', "TRACE", "the trace to write: .ropt binary, .rtxt text"},
     [ROW_SIZE] = {"size", 0, "WxH", "pixels; default 512x512"},
     [ROW_SAMPLES] = {"samples", 0, "N", "samples a pixel at D3D's standard positions: 1, 2, 4, 8 or 16; default 1"},
     [ROW_ORTHO] = {"ortho", 0, NULL, "orthographic camera; default: perspective"},
-    [ROW_ORTHO_HEIGHT] = {"ortho-height", 0, "H", "orthographic, with a view of H world units from bottom to top; default: fitted"},
+    [ROW_ORTHO_HEIGHT] = {"ortho-height", 0, "H",
+                          "orthographic, with a view of H world units from bottom to top; default: fitted"},
     [ROW_FOV] = {"fov", 0, "DEG", "perspective, with this vertical field of view in degrees; default 30"},
-    [ROW_EYE] = {"eye", 0, "X,Y,Z", "where the camera is; default: before the scene on the +z side, as near as it sees all"},
+    [ROW_EYE] = {"eye", 0, "X,Y,Z",
+                 "where the camera is; default: before the scene on the +z side, as near as it sees all"},
     [ROW_TARGET] = {"target", 0, "X,Y,Z", "what it looks at; default: the middle of the scene"},
     [ROW_UP] = {"up", 0, "X,Y,Z", "what is up in the picture; default 0,1,0"},
     [ROW_NEAR] = {"near", 0, "N", "distance of the near plane in world units; default 0: fitted"},
@@ -23,7 +39,8 @@ static const command_option option_rows[] = {
     [ROW_REVERSE_Z] = {"reverse-z", 0, NULL, "the device's depth is 1 at the near plane (the trace's stays 0 there)"},
     [ROW_ALPHA] = {"alpha", 0, "A", "alpha of surfaces without one of their own, 0 to 1; default 0.5"},
     [ROW_BACKGROUND] = {"background", 0, "R,G,B,A", "linear straight RGBA; default 0,0,0,0"},
-    [ROW_ORDER] = {"order", 0, "ORDER", "none|front|back|bucket:N|shuffle:SEED: triangles of each draw by centroid; default none"},
+    [ROW_ORDER] = {"order", 0, "ORDER",
+                   "none|front|back|bucket:N|shuffle:SEED: triangles of each draw by centroid; default none"},
     [ROW_SCENES] = {"scenes", 0, NULL, "list the built-in scenes and their keys"},
     {0},
 };
@@ -36,8 +53,8 @@ static bool read_numbers(int row, const char *text, int count, double *numbers)
         char *end;
         numbers[i] = strtod(at, &end);
         if (end == at || *end != (i + 1 < count ? ',' : 0)) {
-            report_error(&command_report, STATUS_USAGE, "--%s: `%s` is not %d numbers as %s", option_rows[row].name, text, count,
-                         option_rows[row].argument);
+            report_error(&command_report, STATUS_USAGE, "--%s: `%s` is not %d numbers as %s", option_rows[row].name,
+                         text, count, option_rows[row].argument);
             return false;
         }
         at = end + 1;
@@ -49,7 +66,8 @@ static bool read_size(const char *text, record_options *options)
 {
     int used = 0;
     unsigned width, height;
-    if (strspn(text, "0123456789x") != strlen(text) || strlen(text) > 15 || sscanf(text, "%ux%u%n", &width, &height, &used) != 2 || text[used]) {
+    if (strspn(text, "0123456789x") != strlen(text) || strlen(text) > 15 ||
+        sscanf(text, "%ux%u%n", &width, &height, &used) != 2 || text[used]) {
         report_error(&command_report, STATUS_USAGE, "--size: `%s` is not WxH in pixels, such as 512x512", text);
         return false;
     }
@@ -60,19 +78,25 @@ static bool read_size(const char *text, record_options *options)
 
 static bool read_order(const char *text, record_options *options)
 {
-    static const struct { const char *word; triangle_order order; bool has_number; } orders[] = {
-        {"none", ORDER_NONE, false}, {"front", ORDER_FRONT, false}, {"back", ORDER_BACK, false},
+    static const struct {
+        const char *word;
+        triangle_order order;
+        bool has_number;
+    } orders[] = {
+        {"none", ORDER_NONE, false},     {"front", ORDER_FRONT, false},     {"back", ORDER_BACK, false},
         {"bucket:", ORDER_BUCKET, true}, {"shuffle:", ORDER_SHUFFLE, true},
     };
     for (size_t i = 0; i < sizeof orders / sizeof *orders; i++) {
         size_t length = strlen(orders[i].word);
         options->order = orders[i].order;
         if (orders[i].has_number && strncmp(text, orders[i].word, length) == 0)
-            return command_uint("order", text + length, options->order == ORDER_BUCKET, options->order == ORDER_BUCKET ? UINT32_MAX : UINT64_MAX, &options->order_parameter);
+            return command_uint("order", text + length, options->order == ORDER_BUCKET,
+                                options->order == ORDER_BUCKET ? UINT32_MAX : UINT64_MAX, &options->order_parameter);
         if (!orders[i].has_number && strcmp(text, orders[i].word) == 0)
             return true;
     }
-    report_error(&command_report, STATUS_USAGE, "--order: `%s` is none of none, front, back, bucket:N, shuffle:SEED", text);
+    report_error(&command_report, STATUS_USAGE, "--order: `%s` is none of none, front, back, bucket:N, shuffle:SEED",
+                 text);
     return false;
 }
 
@@ -89,7 +113,9 @@ static bool take_option(int row, const char *value, record_options *options)
         options->samples = (uint32_t)number;
         return true;
     case ROW_ORTHO: camera->ortho = true; return true;
-    case ROW_ORTHO_HEIGHT: camera->ortho = true; return command_double("ortho-height", value, 1e-30, 1e30, &camera->ortho_height);
+    case ROW_ORTHO_HEIGHT:
+        camera->ortho = true;
+        return command_double("ortho-height", value, 1e-30, 1e30, &camera->ortho_height);
     case ROW_FOV: return command_double("fov", value, 0.001, 179.9, &camera->fov_degrees);
     case ROW_EYE: camera->eye_set = true; return read_numbers(row, value, 3, camera->eye);
     case ROW_TARGET: camera->target_set = true; return read_numbers(row, value, 3, camera->target);

@@ -15,7 +15,7 @@ void polygon_soup_clear(polygon_soup *soup)
     free(soup->face_colors);
     free(soup->corners);
     free(soup->face_ends);
-    *soup = (polygon_soup){ 0 };
+    *soup = (polygon_soup){0};
 }
 
 void mesh_destroy(mesh *mesh)
@@ -98,7 +98,8 @@ static void compute_normals(mesh *mesh)
     }
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         float *normal = mesh->vertex_normals[v];
-        double length = sqrt((double)normal[0] * (double)normal[0] + (double)normal[1] * (double)normal[1] + (double)normal[2] * (double)normal[2]);
+        double length = sqrt((double)normal[0] * (double)normal[0] + (double)normal[1] * (double)normal[1] +
+                             (double)normal[2] * (double)normal[2]);
         for (int i = 0; i < 3; i++)
             normal[i] = length > 0 && isfinite(length) ? (float)((double)normal[i] / length) : 0;
     }
@@ -135,11 +136,14 @@ static status build(const char *path, const mesh_promise *promise, polygon_soup 
             return report_error(report, STATUS_IO, "%s: out of memory", path);
         compute_normals(mesh);
     }
-    bool vertex_alpha = tidy_colors(mesh->vertex_colors, mesh->vertex_count), face_alpha = tidy_colors(mesh->face_colors, mesh->triangle_count);
+    bool vertex_alpha = tidy_colors(mesh->vertex_colors, mesh->vertex_count),
+         face_alpha = tidy_colors(mesh->face_colors, mesh->triangle_count);
     mesh->colors_have_alpha = vertex_alpha || face_alpha;
     if (mesh->dropped_faces)
-        report_warning(report, "%s: left out %u of %u faces: fewer than three corners (in OBJ and STL: that differ), or a corner that is not there or not finite", path,
-            mesh->dropped_faces, mesh->face_count);
+        report_warning(report,
+                       "%s: left out %u of %u faces: fewer than three corners (in OBJ and STL: that differ), or a "
+                       "corner that is not there or not finite",
+                       path, mesh->dropped_faces, mesh->face_count);
     if (mesh->vertex_colors && mesh->face_colors)
         report_warning(report, "%s: has colours of faces and of vertices; those of the faces are shown", path);
     if (!mesh->triangle_count)
@@ -159,9 +163,11 @@ status mesh_load(const char *path, const report *report, mesh **loaded)
     if (!mesh_read_polygons(path, promise.file_bytes, &soup, reason, sizeof reason))
         return report_error(report, STATUS_REFUSED, "%s: %s", path, reason);
     if (promise.vertices != UINT64_MAX && soup.vertex_count != promise.vertices)
-        result = report_error(report, STATUS_REFUSED, "%s: damaged: %llu vertices are announced, %u can be read", path, (unsigned long long)promise.vertices, soup.vertex_count);
+        result = report_error(report, STATUS_REFUSED, "%s: damaged: %llu vertices are announced, %u can be read", path,
+                              (unsigned long long)promise.vertices, soup.vertex_count);
     else if (promise.skips_faces ? soup.face_count > promise.faces : soup.face_count != promise.faces)
-        result = report_error(report, STATUS_REFUSED, "%s: damaged: %llu faces are announced, %u can be read", path, (unsigned long long)promise.faces, soup.face_count);
+        result = report_error(report, STATUS_REFUSED, "%s: damaged: %llu faces are announced, %u can be read", path,
+                              (unsigned long long)promise.faces, soup.face_count);
     mesh *mesh = result ? NULL : calloc(1, sizeof *mesh);
     if (!mesh && !result)
         result = report_error(report, STATUS_IO, "%s: out of memory", path);

@@ -13,7 +13,8 @@ static const struct {
     const char *ending;
     status (*check)(const mesh_bytes *file, mesh_promise *promise);
 } formats[] = {
-    { ".obj", mesh_check_obj }, { ".ply", mesh_check_ply }, { ".off", mesh_check_off }, { ".stl", mesh_check_stl }, { ".om", mesh_check_om },
+    {".obj", mesh_check_obj}, {".ply", mesh_check_ply}, {".off", mesh_check_off},
+    {".stl", mesh_check_stl}, {".om", mesh_check_om},
 };
 
 static status check_open_file(const char *path, int file, int format, const report *report, mesh_promise *promise)
@@ -22,13 +23,14 @@ static status check_open_file(const char *path, int file, int format, const repo
     if (fstat(file, &about))
         return report_error(report, STATUS_IO, "%s: %s", path, strerror(errno));
     if (!S_ISREG(about.st_mode) || about.st_size == 0)
-        return report_error(report, STATUS_REFUSED, "%s: %s", path, S_ISREG(about.st_mode) ? "is empty" : "is not a file");
+        return report_error(report, STATUS_REFUSED, "%s: %s", path,
+                            S_ISREG(about.st_mode) ? "is empty" : "is not a file");
     size_t size = (size_t)about.st_size;
     void *data = mmap(NULL, size, PROT_READ, MAP_PRIVATE, file, 0);
     if (data == MAP_FAILED)
         return report_error(report, STATUS_IO, "%s: %s", path, strerror(errno));
-    *promise = (mesh_promise){ .vertices = UINT64_MAX, .faces = UINT64_MAX, .file_bytes = size };
-    mesh_bytes bytes = { path, report, data, size };
+    *promise = (mesh_promise){.vertices = UINT64_MAX, .faces = UINT64_MAX, .file_bytes = size};
+    mesh_bytes bytes = {path, report, data, size};
     status result = formats[format].check(&bytes, promise);
     munmap(data, size);
     return result;
@@ -41,7 +43,10 @@ status mesh_check(const char *path, const report *report, mesh_promise *promise)
     while (format < count && (!ending || strcasecmp(ending, formats[format].ending) != 0))
         format++;
     if (format == count)
-        return report_error(report, STATUS_USAGE, "%s: no mesh format has this ending; .obj, .ply, .off, .stl and .om are read, and scene:NAME is built in", path);
+        return report_error(
+            report, STATUS_USAGE,
+            "%s: no mesh format has this ending; .obj, .ply, .off, .stl and .om are read, and scene:NAME is built in",
+            path);
     int file = open(path, O_RDONLY | O_CLOEXEC);
     if (file < 0)
         return report_error(report, STATUS_IO, "%s: %s", path, strerror(errno));

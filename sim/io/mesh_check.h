@@ -8,8 +8,8 @@
 // What the file says it holds. STL does not say how many vertices: UINT64_MAX.
 typedef struct mesh_promise {
     uint64_t vertices, faces;
-    bool skips_faces;         // OpenMesh's reader leaves out faces that repeat a corner
-    uint64_t file_bytes;      // more vertices, faces or corners than this cannot be
+    bool skips_faces;     // OpenMesh's reader leaves out faces that repeat a corner
+    uint64_t file_bytes;  // more vertices, faces or corners than this cannot be
 } mesh_promise;
 
 // Refuses, with file, place and reason, a file that is not whole or cannot be what its ending says.

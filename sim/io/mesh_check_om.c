@@ -16,15 +16,20 @@ static const struct {
     int bytes;
     bool integers;
 } chunks[] = {
-    { 0x1600, PER_VERTEX, 12, false },    // positions
-    { 0x1620, PER_VERTEX, 12, false },    // normals
-    { 0x1628, PER_FACE, 12, false },
-    { 0x0e40, PER_VERTEX, 8, false },     // texture coordinates
-    { 0x1080, PER_VERTEX, 3, false },     // colours
-    { 0x1088, PER_FACE, 3, false },
-    { 0x06e0, PER_VERTEX, 1, true },      // topology: a half-edge
-    { 0x06e8, PER_FACE, 1, true },
-    { 0x16f8, PER_HALFEDGE, 3, true },    // next, vertex, face
+    // positions
+    {0x1600, PER_VERTEX, 12, false},
+    // normals
+    {0x1620, PER_VERTEX, 12, false},
+    {0x1628, PER_FACE, 12, false},
+    // texture coordinates
+    {0x0e40, PER_VERTEX, 8, false},
+    // colours
+    {0x1080, PER_VERTEX, 3, false},
+    {0x1088, PER_FACE, 3, false},
+    // topology: a half-edge; a half-edge; next, vertex and face
+    {0x06e0, PER_VERTEX, 1, true},
+    {0x06e8, PER_FACE, 1, true},
+    {0x16f8, PER_HALFEDGE, 3, true},
 };
 enum { CODE_POSITIONS = 0x1600, CODE_END = 0x001c };
 
@@ -54,11 +59,13 @@ static status walk_chunks(const mesh_bytes *file, const uint64_t counts[PER_COUN
             return STATUS_OK;
         uint64_t bytes = chunk_bytes(header, counts);
         if (bytes == UINT64_MAX || (at == HEADER_BYTES && header != CODE_POSITIONS))
-            return report_error(file->report, STATUS_REFUSED, "%s: byte %zu: a chunk of kind %#x, which is not read here; write the mesh as PLY",
-                file->path, at, (unsigned)header);
+            return report_error(file->report, STATUS_REFUSED,
+                                "%s: byte %zu: a chunk of kind %#x, which is not read here; write the mesh as PLY",
+                                file->path, at, (unsigned)header);
         at += CHUNK_HEADER_BYTES;
         if (file->size - at < bytes)
-            return report_error(file->report, STATUS_REFUSED, "%s: byte %zu: the file ends within this chunk", file->path, at);
+            return report_error(file->report, STATUS_REFUSED, "%s: byte %zu: the file ends within this chunk",
+                                file->path, at);
         at += bytes;
     }
 }
@@ -66,13 +73,16 @@ static status walk_chunks(const mesh_bytes *file, const uint64_t counts[PER_COUN
 // "OM", kind of mesh, version, then three little-endian counts.
 status mesh_check_om(const mesh_bytes *file, mesh_promise *promise)
 {
-    if (file->size < HEADER_BYTES || memcmp(file->data, "OM", 2) != 0 || !strchr("TQP", file->data[2]) || file->data[3] >> 5 != 2)
-        return report_error(file->report, STATUS_REFUSED, "%s: does not begin as an OM file of version 2 does", file->path);
+    if (file->size < HEADER_BYTES || memcmp(file->data, "OM", 2) != 0 || !strchr("TQP", file->data[2]) ||
+        file->data[3] >> 5 != 2)
+        return report_error(file->report, STATUS_REFUSED, "%s: does not begin as an OM file of version 2 does",
+                            file->path);
     uint64_t vertices = word_at(file->data + 4), faces = word_at(file->data + 8), edges = word_at(file->data + 12);
     if (!vertices || !faces || vertices > file->size || faces > file->size || edges > file->size)
-        return report_error(file->report, STATUS_REFUSED, "%s: byte 4: announces %llu vertices, %llu faces and %llu edges in %zu bytes", file->path,
-            (unsigned long long)vertices, (unsigned long long)faces, (unsigned long long)edges, file->size);
+        return report_error(
+            file->report, STATUS_REFUSED, "%s: byte 4: announces %llu vertices, %llu faces and %llu edges in %zu bytes",
+            file->path, (unsigned long long)vertices, (unsigned long long)faces, (unsigned long long)edges, file->size);
     promise->vertices = vertices;
     promise->faces = faces;
-    return walk_chunks(file, (const uint64_t[PER_COUNT]){ vertices, faces, 2 * edges });
+    return walk_chunks(file, (const uint64_t[PER_COUNT]){vertices, faces, 2 * edges});
 }

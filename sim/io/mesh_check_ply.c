@@ -11,15 +11,15 @@ enum { ELEMENTS_MAX = 16, PROPERTIES_MAX = 64, WORDS_MAX = 5 };
 typedef enum ply_form { PLY_ASCII, PLY_LITTLE, PLY_BIG } ply_form;
 
 typedef struct property {
-    int bytes;         // of a value, in binary
-    int count_bytes;   // of a list's length; 0: no list
+    int bytes;        // of a value, in binary
+    int count_bytes;  // of a list's length; 0: no list
     bool count_signed;
 } property;
 
 typedef struct element {
     bool is_vertex, is_face;
-    bool has_corners;          // a list of vertex numbers
-    int coordinates;           // how many of x, y, z
+    bool has_corners;  // a list of vertex numbers
+    int coordinates;   // how many of x, y, z
     uint64_t count;
     property properties[PROPERTIES_MAX];
     int property_count;
@@ -31,7 +31,7 @@ typedef struct ply {
     bool has_form;
     element elements[ELEMENTS_MAX];
     int element_count;
-    size_t at;                 // next byte
+    size_t at;  // next byte
 } ply;
 
 typedef struct word {
@@ -64,7 +64,7 @@ static int next_line(ply *ply, word words[WORDS_MAX])
         while (at < line_end && !isspace((unsigned char)*at))
             at++;
         if (at > start && count++ < WORDS_MAX)
-            words[count - 1] = (word){ start, (size_t)(at - start) };
+            words[count - 1] = (word){start, (size_t)(at - start)};
     }
     return count;
 }
@@ -72,10 +72,15 @@ static int next_line(ply *ply, word words[WORDS_MAX])
 // Bytes of a type; 0 if it is none. Floats are negative.
 static int type_bytes(word type, bool *is_signed)
 {
-    static const struct { const char *name; int bytes; bool is_signed; } types[] = {
-        { "char", 1, true }, { "int8", 1, true }, { "uchar", 1, false }, { "uint8", 1, false }, { "short", 2, true }, { "int16", 2, true },
-        { "ushort", 2, false }, { "uint16", 2, false }, { "int", 4, true }, { "int32", 4, true }, { "uint", 4, false }, { "uint32", 4, false },
-        { "float", -4, true }, { "float32", -4, true }, { "double", -8, true }, { "float64", -8, true },
+    static const struct {
+        const char *name;
+        int bytes;
+        bool is_signed;
+    } types[] = {
+        {"char", 1, true},   {"int8", 1, true},     {"uchar", 1, false},  {"uint8", 1, false},
+        {"short", 2, true},  {"int16", 2, true},    {"ushort", 2, false}, {"uint16", 2, false},
+        {"int", 4, true},    {"int32", 4, true},    {"uint", 4, false},   {"uint32", 4, false},
+        {"float", -4, true}, {"float32", -4, true}, {"double", -8, true}, {"float64", -8, true},
     };
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
         if (is_word(type, types[i].name)) {
@@ -124,7 +129,8 @@ static status add_property(ply *ply, const word words[WORDS_MAX], int count)
         return refuse(ply, "a type that PLY has not, or a list with a length that is no integer");
     word name = words[list ? 4 : 2];
     if (list)
-        element->has_corners = element->has_corners || (bytes > 0 && (is_word(name, "vertex_indices") || is_word(name, "vertex_index")));
+        element->has_corners =
+            element->has_corners || (bytes > 0 && (is_word(name, "vertex_indices") || is_word(name, "vertex_index")));
     else
         element->coordinates += is_word(name, "x") || is_word(name, "y") || is_word(name, "z");
     return STATUS_OK;
@@ -150,7 +156,9 @@ static status read_header(ply *ply)
             result = add_property(ply, words, count);
         } else if (count == 3 && is_word(words[0], "format") && is_word(words[2], "1.0")) {
             ply->has_form = true;
-            ply->form = is_word(words[1], "ascii") ? PLY_ASCII : is_word(words[1], "binary_big_endian") ? PLY_BIG : PLY_LITTLE;
+            ply->form = is_word(words[1], "ascii")               ? PLY_ASCII
+                        : is_word(words[1], "binary_big_endian") ? PLY_BIG
+                                                                 : PLY_LITTLE;
             if (ply->form == PLY_LITTLE && !is_word(words[1], "binary_little_endian"))
                 return refuse(ply, "a format that is not ascii, binary_little_endian or binary_big_endian");
         } else {
@@ -217,14 +225,15 @@ static status walk_element(ply *ply, const element *element)
 
 status mesh_check_ply(const mesh_bytes *file, mesh_promise *promise)
 {
-    ply ply = { .file = file };
+    ply ply = {.file = file};
     status result = read_header(&ply);
     if (result)
         return result;
     promise->vertices = promise->faces = 0;
     for (int i = 0; i < ply.element_count; i++) {
         const element *element = &ply.elements[i];
-        if ((element->is_vertex && (promise->vertices || element->coordinates != 3)) || (element->is_face && (promise->faces || !element->has_corners)))
+        if ((element->is_vertex && (promise->vertices || element->coordinates != 3)) ||
+            (element->is_face && (promise->faces || !element->has_corners)))
             return refuse(&ply, "vertices need x, y and z, faces a list vertex_indices, and each may come once");
         if (element->is_vertex)
             promise->vertices = element->count;

@@ -43,13 +43,18 @@ status mesh_check_stl(const mesh_bytes *file, mesh_promise *promise)
     bool solid = file->size > 5 && memcmp(file->data, "solid", 5) == 0;
     bool binary = file->size >= HEADER_BYTES && file->size == HEADER_BYTES + triangles * TRIANGLE_BYTES;
     if (!binary && !solid)
-        return report_error(file->report, STATUS_REFUSED, "%s: %zu bytes, but a binary STL file of %llu triangles has %llu", file->path, file->size,
-            (unsigned long long)triangles, (unsigned long long)(HEADER_BYTES + triangles * TRIANGLE_BYTES));
+        return report_error(
+            file->report, STATUS_REFUSED, "%s: %zu bytes, but a binary STL file of %llu triangles has %llu", file->path,
+            file->size, (unsigned long long)triangles, (unsigned long long)(HEADER_BYTES + triangles * TRIANGLE_BYTES));
     promise->faces = triangles;
     if (!binary) {
         promise->faces = count_text(file, "endfacet");
-        if (!ends_with_endsolid(file) || count_text(file, "endloop") != promise->faces || count_text(file, "vertex") < 3 * promise->faces)
-            return report_error(file->report, STATUS_REFUSED, "%s: cut short or damaged: each facet needs three vertices, endloop and endfacet, and endsolid must follow", file->path);
+        if (!ends_with_endsolid(file) || count_text(file, "endloop") != promise->faces ||
+            count_text(file, "vertex") < 3 * promise->faces)
+            return report_error(file->report, STATUS_REFUSED,
+                                "%s: cut short or damaged: each facet needs three vertices, endloop and endfacet, and "
+                                "endsolid must follow",
+                                file->path);
     }
     promise->skips_faces = true;
     if (!promise->faces)

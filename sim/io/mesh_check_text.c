@@ -15,7 +15,7 @@ typedef struct text {
 static text text_of(const mesh_bytes *file)
 {
     const char *start = (const char *)file->data;
-    return (text){ file, start, start + file->size, 0 };
+    return (text){file, start, start + file->size, 0};
 }
 
 // The next line without its comment and line end; false at the end of the file.
@@ -150,7 +150,9 @@ status mesh_check_off(const mesh_bytes *file, mesh_promise *promise)
             return refuse(&text, "the file ends within its vertices");
         int words = count_words(line, size);
         if (words > OFF_VERTEX_WORDS_MAX || !are_numbers(line, size, words > 3 ? words : 3))
-            return refuse(&text, "a vertex has three coordinates, a normal, a colour and a texture coordinate at most, finite numbers");
+            return refuse(
+                &text,
+                "a vertex has three coordinates, a normal, a colour and a texture coordinate at most, finite numbers");
     }
     for (uint64_t i = 0; i < promise->faces; i++) {
         if (!next_content(&text, &line, &size))
@@ -158,7 +160,8 @@ status mesh_check_off(const mesh_bytes *file, mesh_promise *promise)
         at = line;
         uint64_t corners = take_number(&at, line + size);
         int words = count_words(at, (size_t)(line + size - at));
-        if (corners > file->size || (uint64_t)words < corners || (uint64_t)words > corners + 4 || !are_numbers(at, (size_t)(line + size - at), words))
+        if (corners > file->size || (uint64_t)words < corners || (uint64_t)words > corners + 4 ||
+            !are_numbers(at, (size_t)(line + size - at), words))
             return refuse(&text, "a face names fewer corners than it announces, or has what is no number or no colour");
     }
     return STATUS_OK;

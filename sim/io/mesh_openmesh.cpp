@@ -28,26 +28,31 @@ using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
-namespace {
+namespace
+{
 
 template <int n> using Rows = std::vector<std::array<float, n>>;
 
 // The parts of BaseImporter that polygons need; the rest is ignored.
-class SoupImporter final : public OpenMesh::IO::BaseImporter {
-public:
+class SoupImporter final : public OpenMesh::IO::BaseImporter
+{
+  public:
     explicit SoupImporter(uint64_t limit) : limit_(limit) {}
 
     VertexHandle add_vertex(const OpenMesh::Vec3f &point) override
     {
         count(positions.size());
-        positions.push_back({ point[0], point[1], point[2] });
+        positions.push_back({point[0], point[1], point[2]});
         return VertexHandle(int(positions.size()) - 1);
     }
-    VertexHandle add_vertex() override { return add_vertex(OpenMesh::Vec3f(0, 0, 0)); }
+    VertexHandle add_vertex() override
+    {
+        return add_vertex(OpenMesh::Vec3f(0, 0, 0));
+    }
     void set_point(VertexHandle v, const OpenMesh::Vec3f &point) override
     {
         if (has(v.idx(), positions.size()))
-            positions[size_t(v.idx())] = { point[0], point[1], point[2] };
+            positions[size_t(v.idx())] = {point[0], point[1], point[2]};
     }
 
     FaceHandle add_face(const VHandles &handles) override
@@ -95,16 +100,46 @@ public:
         first_halfedge.clear();
     }
 
-    void set_normal(VertexHandle v, const OpenMesh::Vec3f &n) override { set<3>(normals, v.idx(), positions.size(), { n[0], n[1], n[2] }); }
-    void set_normal(VertexHandle v, const OpenMesh::Vec3d &n) override { set_normal(v, OpenMesh::Vec3f(n)); }
-    void set_color(VertexHandle v, const OpenMesh::Vec4f &c) override { set<4>(vertex_colors, v.idx(), positions.size(), { c[0], c[1], c[2], c[3] }); }
-    void set_color(VertexHandle v, const OpenMesh::Vec3f &c) override { set_color(v, OpenMesh::Vec4f(c[0], c[1], c[2], 1)); }
-    void set_color(VertexHandle v, const OpenMesh::Vec4uc &c) override { set_color(v, from_bytes(c[0], c[1], c[2], c[3])); }
-    void set_color(VertexHandle v, const OpenMesh::Vec3uc &c) override { set_color(v, from_bytes(c[0], c[1], c[2], 255)); }
-    void set_color(FaceHandle f, const OpenMesh::Vec4f &c) override { set<4>(face_colors, f.idx(), faces.size(), { c[0], c[1], c[2], c[3] }); }
-    void set_color(FaceHandle f, const OpenMesh::Vec3f &c) override { set_color(f, OpenMesh::Vec4f(c[0], c[1], c[2], 1)); }
-    void set_color(FaceHandle f, const OpenMesh::Vec4uc &c) override { set_color(f, from_bytes(c[0], c[1], c[2], c[3])); }
-    void set_color(FaceHandle f, const OpenMesh::Vec3uc &c) override { set_color(f, from_bytes(c[0], c[1], c[2], 255)); }
+    void set_normal(VertexHandle v, const OpenMesh::Vec3f &n) override
+    {
+        set<3>(normals, v.idx(), positions.size(), {n[0], n[1], n[2]});
+    }
+    void set_normal(VertexHandle v, const OpenMesh::Vec3d &n) override
+    {
+        set_normal(v, OpenMesh::Vec3f(n));
+    }
+    void set_color(VertexHandle v, const OpenMesh::Vec4f &c) override
+    {
+        set<4>(vertex_colors, v.idx(), positions.size(), {c[0], c[1], c[2], c[3]});
+    }
+    void set_color(VertexHandle v, const OpenMesh::Vec3f &c) override
+    {
+        set_color(v, OpenMesh::Vec4f(c[0], c[1], c[2], 1));
+    }
+    void set_color(VertexHandle v, const OpenMesh::Vec4uc &c) override
+    {
+        set_color(v, from_bytes(c[0], c[1], c[2], c[3]));
+    }
+    void set_color(VertexHandle v, const OpenMesh::Vec3uc &c) override
+    {
+        set_color(v, from_bytes(c[0], c[1], c[2], 255));
+    }
+    void set_color(FaceHandle f, const OpenMesh::Vec4f &c) override
+    {
+        set<4>(face_colors, f.idx(), faces.size(), {c[0], c[1], c[2], c[3]});
+    }
+    void set_color(FaceHandle f, const OpenMesh::Vec3f &c) override
+    {
+        set_color(f, OpenMesh::Vec4f(c[0], c[1], c[2], 1));
+    }
+    void set_color(FaceHandle f, const OpenMesh::Vec4uc &c) override
+    {
+        set_color(f, from_bytes(c[0], c[1], c[2], c[3]));
+    }
+    void set_color(FaceHandle f, const OpenMesh::Vec3uc &c) override
+    {
+        set_color(f, from_bytes(c[0], c[1], c[2], 255));
+    }
 
     void set_halfedge(VertexHandle, HalfedgeHandle) override {}
     void set_face(HalfedgeHandle, FaceHandle) override {}
@@ -129,10 +164,22 @@ public:
     void add_texture_information(int, std::string) override {}
 
     // Readers look up named properties here; an empty mesh has none.
-    OpenMesh::BaseKernel *kernel() override { return &no_properties_; }
-    size_t n_vertices() const override { return positions.size(); }
-    size_t n_faces() const override { return faces.size(); }
-    size_t n_edges() const override { return to_vertex.size() / 2; }
+    OpenMesh::BaseKernel *kernel() override
+    {
+        return &no_properties_;
+    }
+    size_t n_vertices() const override
+    {
+        return positions.size();
+    }
+    size_t n_faces() const override
+    {
+        return faces.size();
+    }
+    size_t n_edges() const override
+    {
+        return to_vertex.size() / 2;
+    }
 
     Rows<3> positions, normals;
     Rows<4> vertex_colors, face_colors;
@@ -140,9 +187,15 @@ public:
     std::vector<int> to_vertex, next, first_halfedge;
     uint64_t corner_count = 0;
 
-private:
-    static bool has(int index, size_t size) { return index >= 0 && size_t(index) < size; }
-    static OpenMesh::Vec4f from_bytes(int r, int g, int b, int a) { return OpenMesh::Vec4f(float(r), float(g), float(b), float(a)) / 255.0f; }
+  private:
+    static bool has(int index, size_t size)
+    {
+        return index >= 0 && size_t(index) < size;
+    }
+    static OpenMesh::Vec4f from_bytes(int r, int g, int b, int a)
+    {
+        return OpenMesh::Vec4f(float(r), float(g), float(b), float(a)) / 255.0f;
+    }
     void count(uint64_t so_far) const
     {
         if (so_far >= limit_)
@@ -193,16 +246,17 @@ void hand_over(SoupImporter &importer, polygon_soup *soup)
     uint64_t corner = 0;
     for (size_t f = 0; f < faces; f++) {
         for (int vertex : importer.faces[f])
-            soup->corners[corner++] = uint32_t(vertex);   // -1 becomes UINT32_MAX: out of range
+            soup->corners[corner++] = uint32_t(vertex);  // -1 becomes UINT32_MAX: out of range
         soup->face_ends[f] = corner;
     }
     soup->vertex_count = uint32_t(vertices);
     soup->face_count = uint32_t(faces);
 }
 
-} // namespace
+}  // namespace
 
-namespace {
+namespace
+{
 
 // OpenMesh's OFF reader takes comments for numbers, wants the counts on a line of their own, colours separated by
 // single spaces, and knows colours of faces only in a file that says COFF. So it gets the file rewritten that way.
@@ -237,8 +291,11 @@ bool read_off(const char *path, SoupImporter &importer, OpenMesh::IO::Options &o
     close(file);
     struct Remover {
         const std::string &path;
-        ~Remover() { unlink(path.c_str()); }
-    } remover{ copy };
+        ~Remover()
+        {
+            unlink(path.c_str());
+        }
+    } remover{copy};
     {
         std::ifstream in(path);
         std::ofstream out(copy);
@@ -256,7 +313,7 @@ bool is_off(const char *path)
     return ending && strcasecmp(ending, ".off") == 0;
 }
 
-} // namespace
+}  // namespace
 
 bool mesh_read_polygons(const char *path, uint64_t limit, polygon_soup *soup, char *reason, size_t reason_size)
 {
@@ -270,7 +327,8 @@ bool mesh_read_polygons(const char *path, uint64_t limit, polygon_soup *soup, ch
         using OpenMesh::IO::Options;
         Options options(Options::VertexNormal | Options::VertexColor | Options::FaceColor);
         SoupImporter importer(limit < 0x7fffffff ? limit : 0x7fffffff);
-        if (!(is_off(path) ? read_off(path, importer, options) : OpenMesh::IO::IOManager().read(std::string(path), importer, options))) {
+        if (!(is_off(path) ? read_off(path, importer, options)
+                           : OpenMesh::IO::IOManager().read(std::string(path), importer, options))) {
             std::snprintf(reason, reason_size, "OpenMesh cannot read it");
             return false;
         }

@@ -13,11 +13,11 @@ extern "C" {
 // A polygon soup as the file has it, nothing checked but the counts. Arrays are malloc'ed.
 typedef struct polygon_soup {
     float (*positions)[3];
-    float (*normals)[3];           // NULL if the file has none
-    float (*vertex_colors)[4];     // NULL if the file has none; straight, in [0, 1]
-    float (*face_colors)[4];       // NULL if the file has none
-    uint32_t *corners;             // vertex numbers of all faces one after the other; may be out of range
-    uint64_t *face_ends;           // where each face's corners end
+    float (*normals)[3];        // NULL if the file has none
+    float (*vertex_colors)[4];  // NULL if the file has none; straight, in [0, 1]
+    float (*face_colors)[4];    // NULL if the file has none
+    uint32_t *corners;          // vertex numbers of all faces one after the other; may be out of range
+    uint64_t *face_ends;        // where each face's corners end
     uint32_t vertex_count, face_count;
 } polygon_soup;
 

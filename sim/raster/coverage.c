@@ -24,14 +24,15 @@ static bool edge_in_tile(const edge *edge, int64_t anchor_x, int64_t anchor_y, t
     if (value + (right > left ? right : left) + (down > up ? down : up) < 0)
         return false;
     if (value + (right < left ? right : left) + (down < up ? down : up) >= 0)
-        *local = (tile_edge){ 0 };
+        *local = (tile_edge){0};
     else
-        *local = (tile_edge){ .value = (int64_t)value, .step_x = edge->step_x, .step_y = edge->step_y };
+        *local = (tile_edge){.value = (int64_t)value, .step_x = edge->step_x, .step_y = edge->step_y};
     return true;
 }
 
 // Appends one sample without counting it; the caller counts if it is inside.
-static inline void put(rasterizer *r, uint32_t index, uint32_t first, int32_t x, int32_t y, uint32_t sample, int64_t dx, int64_t dy)
+static inline void put(rasterizer *r, uint32_t index, uint32_t first, int32_t x, int32_t y, uint32_t sample, int64_t dx,
+                       int64_t dy)
 {
     r->x[index] = (uint16_t)x;
     r->y[index] = (uint16_t)y;
@@ -41,7 +42,8 @@ static inline void put(rasterizer *r, uint32_t index, uint32_t first, int32_t x,
 }
 
 // The pixels [x0, x1] x [y0, y1] of the tile at (tile_x, tile_y); returns how many samples are inside.
-static uint32_t cover(rasterizer *r, const tile_edge e[3], int32_t tile_x, int32_t tile_y, int32_t x0, int32_t x1, int32_t y0, int32_t y1)
+static uint32_t cover(rasterizer *r, const tile_edge e[3], int32_t tile_x, int32_t tile_y, int32_t x0, int32_t x1,
+                      int32_t y0, int32_t y1)
 {
     const uint32_t first = r->count;
     uint32_t count = first;
@@ -54,7 +56,7 @@ static uint32_t cover(rasterizer *r, const tile_edge e[3], int32_t tile_x, int32
                 int64_t b = e[1].value + e[1].step_x * dx + e[1].step_y * dy;
                 int64_t c = e[2].value + e[2].step_x * dx + e[2].step_y * dy;
                 put(r, count, first, x, y, s, dx, dy);
-                count += (a | b | c) >= 0;   // no sign bit in any
+                count += (a | b | c) >= 0;  // no sign bit in any
             }
         }
     }
@@ -71,10 +73,12 @@ status raster_triangle(rasterizer *r, const screen_vertex corners[3], uint32_t p
     for (int32_t tile_y = setup.y0 & mask; tile_y <= setup.y1; tile_y += RASTER_TILE) {
         for (int32_t tile_x = setup.x0 & mask; tile_x <= setup.x1; tile_x += RASTER_TILE) {
             // The anchor is the centre of the tile's first pixel.
-            int64_t anchor_x = (int64_t)tile_x * SUBPIXELS + SUBPIXELS / 2, anchor_y = (int64_t)tile_y * SUBPIXELS + SUBPIXELS / 2;
+            int64_t anchor_x = (int64_t)tile_x * SUBPIXELS + SUBPIXELS / 2,
+                    anchor_y = (int64_t)tile_y * SUBPIXELS + SUBPIXELS / 2;
             tile_edge local[3];
-            if (!edge_in_tile(&setup.edges[0], anchor_x, anchor_y, &local[0]) || !edge_in_tile(&setup.edges[1], anchor_x, anchor_y, &local[1])
-                || !edge_in_tile(&setup.edges[2], anchor_x, anchor_y, &local[2]))
+            if (!edge_in_tile(&setup.edges[0], anchor_x, anchor_y, &local[0]) ||
+                !edge_in_tile(&setup.edges[1], anchor_x, anchor_y, &local[1]) ||
+                !edge_in_tile(&setup.edges[2], anchor_x, anchor_y, &local[2]))
                 continue;
             if (r->count + TILE_FRAGMENTS_MAX >= BUFFER_FRAGMENTS) {
                 status result = rasterizer_flush(r);
@@ -82,8 +86,9 @@ status raster_triangle(rasterizer *r, const screen_vertex corners[3], uint32_t p
                     return result;
             }
             int32_t x1 = tile_x + RASTER_TILE - 1, y1 = tile_y + RASTER_TILE - 1;
-            uint32_t count = cover(r, local, tile_x, tile_y, tile_x > setup.x0 ? tile_x : setup.x0, x1 < setup.x1 ? x1 : setup.x1,
-                tile_y > setup.y0 ? tile_y : setup.y0, y1 < setup.y1 ? y1 : setup.y1);
+            uint32_t count =
+                cover(r, local, tile_x, tile_y, tile_x > setup.x0 ? tile_x : setup.x0, x1 < setup.x1 ? x1 : setup.x1,
+                      tile_y > setup.y0 ? tile_y : setup.y0, y1 < setup.y1 ? y1 : setup.y1);
             if (count)
                 interpolate_tile(r, &setup, anchor_x, anchor_y, count);
         }

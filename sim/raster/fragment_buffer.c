@@ -35,7 +35,7 @@ status rasterizer_flush(rasterizer *r)
         .y = r->y,
         .sample = r->sample,
         .depth = r->depth,
-        .rgba = { r->rgba[0], r->rgba[1], r->rgba[2], r->rgba[3] },
+        .rgba = {r->rgba[0], r->rgba[1], r->rgba[2], r->rgba[3]},
         .primitive = r->primitive,
     };
     r->count = 0;

@@ -31,7 +31,8 @@ static double between(double a, double b, double t)
     return a + (b - a) * t;
 }
 
-static void cross_plane(const clip_vertex *inside, const clip_vertex *outside, double t, clip_plane plane, clip_vertex *crossing)
+static void cross_plane(const clip_vertex *inside, const clip_vertex *outside, double t, clip_plane plane,
+                        clip_vertex *crossing)
 {
     crossing->x = between(inside->x, outside->x, t);
     crossing->y = between(inside->y, outside->y, t);
@@ -68,7 +69,7 @@ static int cut(clip_vertex *polygon, int count, clip_plane plane, const double g
 // All corners beyond one side of the view: nothing to draw.
 static bool beyond_a_side(const clip_vertex *polygon, int count)
 {
-    int out[4] = { 0 };
+    int out[4] = {0};
     for (int i = 0; i < count; i++) {
         out[0] += polygon[i].x < -polygon[i].w;
         out[1] += polygon[i].x > polygon[i].w;
@@ -80,7 +81,7 @@ static bool beyond_a_side(const clip_vertex *polygon, int count)
 
 int clip_triangle(const view *view, const clip_vertex triangle[3], clip_vertex polygon[CLIP_VERTEX_MAX])
 {
-    const double guard[2] = { GUARD_PIXELS / view->width, GUARD_PIXELS / view->height };
+    const double guard[2] = {GUARD_PIXELS / view->width, GUARD_PIXELS / view->height};
     memcpy(polygon, triangle, 3 * sizeof *polygon);
     int count = cut(polygon, 3, PLANE_NEAR, guard);
     if (count)

@@ -12,7 +12,7 @@ typedef struct weight {
 
 static weight weight_at(const edge *edge, int64_t anchor_x, int64_t anchor_y)
 {
-    return (weight){ (double)edge_at(edge, anchor_x, anchor_y), (double)edge->step_x, (double)edge->step_y };
+    return (weight){(double)edge_at(edge, anchor_x, anchor_y), (double)edge->step_x, (double)edge->step_y};
 }
 
 static double clamp_unit(double value)
@@ -52,7 +52,8 @@ static void fill_color(rasterizer *r, const triangle_setup *setup, const weight 
         u1 *= scale;
         u2 *= scale;
         for (int c = 0; c < 4; c++)
-            r->rgba[c][first + i] = (float)clamp_unit(setup->rgba[c] + (u1 * setup->rgba_change[0][c] + u2 * setup->rgba_change[1][c]));
+            r->rgba[c][first + i] =
+                (float)clamp_unit(setup->rgba[c] + (u1 * setup->rgba_change[0][c] + u2 * setup->rgba_change[1][c]));
     }
 }
 

@@ -30,7 +30,7 @@ status model_add(model_list *list, const char *name, draw_class class, mesh *mes
     }
     list->models = grown;
     model *model = &grown[list->count++];
-    *model = (struct model){ .class = class, .mesh = mesh };
+    *model = (struct model){.class = class, .mesh = mesh};
     for (size_t i = 0; name[i] && i < NAME_SIZE - 1; i++)
         model->name[i] = isalnum((unsigned char)name[i]) || name[i] == '.' || name[i] == '-' ? name[i] : '_';
     if (!model->name[0])
@@ -45,5 +45,5 @@ void model_list_clear(model_list *list)
     for (uint32_t i = 0; i < list->count; i++)
         mesh_destroy(list->models[i].mesh);
     free(list->models);
-    *list = (model_list){ 0 };
+    *list = (model_list){0};
 }

@@ -16,8 +16,8 @@
 enum {
     SUBPIXEL_BITS = 8,
     SUBPIXELS = 1 << SUBPIXEL_BITS,
-    RASTER_TILE = 8,              // pixels a side: triangles are walked tile by tile
-    CLIP_VERTEX_MAX = 3 + 6,      // a triangle cut by near, far and the four sides of the guard band
+    RASTER_TILE = 8,          // pixels a side: triangles are walked tile by tile
+    CLIP_VERTEX_MAX = 3 + 6,  // a triangle cut by near, far and the four sides of the guard band
 };
 
 // ---- Models and scenes (model.c, scene.c) --------------------------------------------------------------
@@ -27,8 +27,8 @@ typedef struct model {
     char name[NAME_SIZE];
     draw_class class;
     mesh *mesh;
-    bool unlit;                      // the mesh's colours are final: no light, no --alpha
-    bool has_frame;                  // the camera fits frame[0]..frame[1] instead of the vertices
+    bool unlit;      // the mesh's colours are final: no light, no --alpha
+    bool has_frame;  // the camera fits frame[0]..frame[1] instead of the vertices
     double frame[2][3];
 } model;
 
@@ -62,10 +62,10 @@ typedef enum scene_key {
 // What the user asked of a scene, checked; only the scene's own keys are set.
 typedef struct scene_request {
     struct {
-        double number;   // the value, or a word's own number where it has one (block:8)
-        int word;        // index into the key's words
+        double number;  // the value, or a word's own number where it has one (block:8)
+        int word;       // index into the key's words
     } values[SCENE_KEY_COUNT];
-    bool has_class;      // a class was given: it holds for every draw of the scene
+    bool has_class;  // a class was given: it holds for every draw of the scene
     draw_class class;
 } scene_request;
 
@@ -90,15 +90,15 @@ double angle_tangent(double turns);
 
 // SplitMix64: a state of one word, any seed.
 uint64_t random_next(uint64_t *state);
-double random_unit(uint64_t *state);                       // in [0, 1), multiples of 2^-53
-uint64_t random_below(uint64_t *state, uint64_t bound);    // bound > 0
+double random_unit(uint64_t *state);                     // in [0, 1), multiples of 2^-53
+uint64_t random_below(uint64_t *state, uint64_t bound);  // bound > 0
 
 // ---- Camera (view.c, view_fit.c) ------------------------------------------------------------------------
 
 // A camera with everything settled. View space: x right, y up, distance along `forward` from the eye.
 typedef struct view {
     double eye[3], right[3], up[3], forward[3];
-    double scale[2];     // clip x = scale[0] * view x; clip y = scale[1] * view y
+    double scale[2];  // clip x = scale[0] * view x; clip y = scale[1] * view y
     double near, far;
     bool ortho, reverse_z;
     uint32_t width, height;
@@ -108,14 +108,14 @@ typedef struct view {
 // end can be computed without cancellation: depth = far / (far - near) * past_near / w, and
 // 1 - depth = near / (far - near) * before_far / w (ortho: both over far - near, and w is 1).
 typedef struct clip_vertex {
-    double x, y, w;                  // visible: |x| <= w, |y| <= w
-    double past_near, before_far;    // visible: >= 0
+    double x, y, w;                // visible: |x| <= w, |y| <= w
+    double past_near, before_far;  // visible: >= 0
     double rgba[4];
 } clip_vertex;
 
 // Settles what the camera leaves open from the models' bounds. docs/record.md says how.
-status view_fit(const camera *camera, const model_list *models, uint32_t width, uint32_t height,
-                const report *report, view *view);
+status view_fit(const camera *camera, const model_list *models, uint32_t width, uint32_t height, const report *report,
+                view *view);
 // Fills position, not colour.
 void view_project(const view *view, const float position[3], clip_vertex *vertex);
 // Unit vector from a point towards the eye.
@@ -133,8 +133,8 @@ void shade_corner(const model *model, const view *view, double alpha, uint32_t t
 // ---- Triangles to fragments (frustum_clip.c, triangle_setup.c, coverage.c, fragment_buffer.c) ---------------
 
 typedef struct screen_vertex {
-    int64_t x, y;            // 1/256 pixel from the top left corner of the image, y down
-    double depth;            // device depth: 0 near, or 1 near where reversed
+    int64_t x, y;  // 1/256 pixel from the top left corner of the image, y down
+    double depth;  // device depth: 0 near, or 1 near where reversed
     double inverse_w;
     double rgba[4];
 } screen_vertex;
@@ -157,6 +157,6 @@ rasterizer *rasterizer_create(const trace_info *info, fragment_sink sink);
 void rasterizer_destroy(rasterizer *rasterizer);
 // Emits the fragments of one triangle, tile by tile, row by row, sample by sample.
 status raster_triangle(rasterizer *rasterizer, const screen_vertex corners[3], uint32_t primitive);
-status rasterizer_flush(rasterizer *rasterizer);   // hands on what is still buffered
+status rasterizer_flush(rasterizer *rasterizer);  // hands on what is still buffered
 
 #endif

@@ -8,13 +8,14 @@
 
 void record_defaults(record_options *options)
 {
-    *options = (record_options){ .width = 512, .height = 512, .samples = 1, .alpha = 0.5, .background = { 0, 0, 0, 0 } };
-    options->camera = (camera){ .fov_degrees = 30 };
+    *options = (record_options){.width = 512, .height = 512, .samples = 1, .alpha = 0.5, .background = {0, 0, 0, 0}};
+    options->camera = (camera){.fov_degrees = 30};
 }
 
 static bool finite_camera(const camera *camera)
 {
-    bool finite = isfinite(camera->fov_degrees) && isfinite(camera->ortho_height) && isfinite(camera->near) && isfinite(camera->far);
+    bool finite = isfinite(camera->fov_degrees) && isfinite(camera->ortho_height) && isfinite(camera->near) &&
+                  isfinite(camera->far);
     for (int i = 0; i < 3; i++)
         finite = finite && isfinite(camera->eye[i]) && isfinite(camera->target[i]) && isfinite(camera->up[i]);
     return finite;
@@ -23,8 +24,10 @@ static bool finite_camera(const camera *camera)
 static status check_options(const record_options *options, const report *report)
 {
     uint32_t samples = options->samples;
-    if (options->width < 1 || options->width > TRACE_SIZE_MAX || options->height < 1 || options->height > TRACE_SIZE_MAX)
-        return report_error(report, STATUS_USAGE, "size %ux%u: each side must be 1 to %d pixels", options->width, options->height, TRACE_SIZE_MAX);
+    if (options->width < 1 || options->width > TRACE_SIZE_MAX || options->height < 1 ||
+        options->height > TRACE_SIZE_MAX)
+        return report_error(report, STATUS_USAGE, "size %ux%u: each side must be 1 to %d pixels", options->width,
+                            options->height, TRACE_SIZE_MAX);
     if (samples < 1 || samples > TRACE_SAMPLES_MAX || (samples & (samples - 1)))
         return report_error(report, STATUS_USAGE, "samples %u: must be 1, 2, 4, 8 or 16", samples);
     if (!(options->alpha >= 0 && options->alpha <= 1))
@@ -36,7 +39,8 @@ static status check_options(const record_options *options, const report *report)
     return STATUS_OK;
 }
 
-static status raster_model_triangle(const model *model, const view *view, double alpha, uint32_t triangle, uint32_t primitive, rasterizer *rasterizer)
+static status raster_model_triangle(const model *model, const view *view, double alpha, uint32_t triangle,
+                                    uint32_t primitive, rasterizer *rasterizer)
 {
     clip_vertex corners[3], polygon[CLIP_VERTEX_MAX];
     for (int i = 0; i < 3; i++) {
@@ -57,8 +61,8 @@ static status raster_model_triangle(const model *model, const view *view, double
     return STATUS_OK;
 }
 
-status record_model(const model *model, const view *view, const record_options *options, uint32_t first_primitive, rasterizer *rasterizer,
-                    const report *report)
+status record_model(const model *model, const view *view, const record_options *options, uint32_t first_primitive,
+                    rasterizer *rasterizer, const report *report)
 {
     enum { PROGRESS_TRIANGLES = 4096 };
     uint32_t count = model->mesh->triangle_count;
@@ -78,10 +82,10 @@ status record_model(const model *model, const view *view, const record_options *
     return result;
 }
 
-status record_prepare(const char *const *scenes, int scene_count, const record_options *options, const report *report, model_list *models,
-                      view *view)
+status record_prepare(const char *const *scenes, int scene_count, const record_options *options, const report *report,
+                      model_list *models, view *view)
 {
-    *models = (model_list){ 0 };
+    *models = (model_list){0};
     status result = check_options(options, report);
     if (!result && scene_count < 1)
         result = report_error(report, STATUS_USAGE, "nothing to record: give a mesh file or scene:NAME");
@@ -91,7 +95,8 @@ status record_prepare(const char *const *scenes, int scene_count, const record_o
     for (uint32_t i = 0; i < models->count; i++)
         triangles += models->models[i].mesh->triangle_count;
     if (!result && (models->count > TRACE_DRAWS_MAX || triangles > UINT32_MAX))
-        result = report_error(report, STATUS_REFUSED, "more than %d draws or 2^32 triangles in one trace", TRACE_DRAWS_MAX);
+        result =
+            report_error(report, STATUS_REFUSED, "more than %d draws or 2^32 triangles in one trace", TRACE_DRAWS_MAX);
     if (!result)
         result = view_fit(&options->camera, models, options->width, options->height, report, view);
     if (result)
@@ -101,8 +106,11 @@ status record_prepare(const char *const *scenes, int scene_count, const record_o
 
 void record_trace_info(const record_options *options, trace_info *info)
 {
-    *info = (trace_info){ .width = options->width, .height = options->height, .samples = options->samples,
-        .reversed_depth = options->camera.reverse_z, .depth_bits = 64 };
+    *info = (trace_info){.width = options->width,
+                         .height = options->height,
+                         .samples = options->samples,
+                         .reversed_depth = options->camera.reverse_z,
+                         .depth_bits = 64};
     memcpy(info->background, options->background, sizeof info->background);
     trace_standard_positions(info);
 }
@@ -112,10 +120,10 @@ static status append(void *user, const fragments *run)
     return trace_append(user, run);
 }
 
-static status write_draws(const model_list *models, const view *view, const record_options *options, const trace_info *info,
-                          trace_writer *writer, const report *report)
+static status write_draws(const model_list *models, const view *view, const record_options *options,
+                          const trace_info *info, trace_writer *writer, const report *report)
 {
-    rasterizer *rasterizer = rasterizer_create(info, (fragment_sink){ append, writer });
+    rasterizer *rasterizer = rasterizer_create(info, (fragment_sink){append, writer});
     if (!rasterizer)
         return report_error(report, STATUS_IO, "out of memory");
     status result = STATUS_OK;
@@ -133,7 +141,8 @@ static status write_draws(const model_list *models, const view *view, const reco
     return result;
 }
 
-status record_scenes(const char *const *scenes, int scene_count, const record_options *options, const char *path, const report *report)
+status record_scenes(const char *const *scenes, int scene_count, const record_options *options, const char *path,
+                     const report *report)
 {
     model_list models;
     view view;

@@ -11,7 +11,8 @@ static bool same_text(const char *text, size_t length, const char *word)
 }
 
 // Says `message` with what would be accepted below it.
-static status refuse(const scene_row *scene, const char *key, const char *message, size_t length, const char *text, const report *report)
+static status refuse(const scene_row *scene, const char *key, const char *message, size_t length, const char *text,
+                     const report *report)
 {
     char *help = NULL;
     size_t size = 0;
@@ -21,7 +22,7 @@ static status refuse(const scene_row *scene, const char *key, const char *messag
         fclose(out);
     }
     status result = report_error(report, STATUS_USAGE, "'%.*s' %s%s; accepted:\n%s", (int)length, text, message,
-        scene ? scene->name : "", help ? help : "");
+                                 scene ? scene->name : "", help ? help : "");
     free(help);
     return result;
 }
@@ -46,30 +47,35 @@ static bool parse_word(const scene_key_row *row, const char *text, size_t length
         size_t size = strcspn(word, " ");
         bool takes_number = word[size - 1] == ':';
         *index = i;
-        if (takes_number ? length > size && memcmp(text, word, size) == 0 : length == size && memcmp(text, word, size) == 0)
+        if (takes_number ? length > size && memcmp(text, word, size) == 0
+                         : length == size && memcmp(text, word, size) == 0)
             return !takes_number || parse_number(row, text + size, length - size, number);
         word += size + strspn(word + size, " ");
     }
     return false;
 }
 
-static status set_key(const scene_row *scene, const char *text, size_t length, bool *given, const report *report, scene_request *request)
+static status set_key(const scene_row *scene, const char *text, size_t length, bool *given, const report *report,
+                      scene_request *request)
 {
     const char *equals = memchr(text, '=', length);
     size_t key_length = equals ? (size_t)(equals - text) : length;
     int key = 0;
-    while (key < SCENE_KEY_COUNT && (strcmp(scene_key_table[key].scene, scene->name) != 0 || !same_text(text, key_length, scene_key_table[key].name)))
+    while (key < SCENE_KEY_COUNT && (strcmp(scene_key_table[key].scene, scene->name) != 0 ||
+                                     !same_text(text, key_length, scene_key_table[key].name)))
         key++;
     if (key == SCENE_KEY_COUNT)
         return refuse(scene, NULL, "is no key of scene:", key_length, text, report);
     if (given[key])
-        return report_error(report, STATUS_USAGE, "scene:%s: %s is given twice", scene->name, scene_key_table[key].name);
+        return report_error(report, STATUS_USAGE, "scene:%s: %s is given twice", scene->name,
+                            scene_key_table[key].name);
     given[key] = true;
     const char *value = equals ? equals + 1 : text + length;
     size_t value_length = length - (size_t)(value - text);
     const scene_key_row *row = &scene_key_table[key];
-    bool good = row->words ? parse_word(row, value, value_length, &request->values[key].word, &request->values[key].number)
-                           : parse_number(row, value, value_length, &request->values[key].number);
+    bool good = row->words
+                    ? parse_word(row, value, value_length, &request->values[key].word, &request->values[key].number)
+                    : parse_number(row, value, value_length, &request->values[key].number);
     return good ? STATUS_OK : refuse(scene, row->name, "is not what this key takes in scene:", length, text, report);
 }
 
@@ -82,8 +88,8 @@ static status add_built_in(const char *text, const draw_class *class, const repo
     if (index == SCENE_COUNT)
         return refuse(NULL, NULL, "is no scene", length, text, report);
     const scene_row *scene = &scene_table[index];
-    scene_request request = { .has_class = class != NULL, .class = class ? *class : CLASS_TRANSPARENT };
-    bool given[SCENE_KEY_COUNT] = { false };
+    scene_request request = {.has_class = class != NULL, .class = class ? *class : CLASS_TRANSPARENT};
+    bool given[SCENE_KEY_COUNT] = {false};
     for (int key = 0; key < SCENE_KEY_COUNT; key++) {
         request.values[key].number = scene_key_table[key].initial;
         request.values[key].word = (int)scene_key_table[key].initial;

@@ -28,9 +28,10 @@ static void curve(double p, double q, double turns, double point[3], double tang
     angle_sin_cos(p * turns, &sp, &cp);
     angle_sin_cos(q * turns, &sq, &cq);
     double r = 1 + SMALL_RADIUS * cq;
-    const double at[3] = { r * cp, r * sp, SMALL_RADIUS * sq };
-    const double along[3] = { -p * r * sp - q * SMALL_RADIUS * sq * cp, p * r * cp - q * SMALL_RADIUS * sq * sp, q * SMALL_RADIUS * cq };
-    const double away[3] = { cq * cp, cq * sp, sq };
+    const double at[3] = {r * cp, r * sp, SMALL_RADIUS * sq};
+    const double along[3] = {-p * r * sp - q * SMALL_RADIUS * sq * cp, p * r * cp - q * SMALL_RADIUS * sq * sp,
+                             q * SMALL_RADIUS * cq};
+    const double away[3] = {cq * cp, cq * sp, sq};
     for (int i = 0; i < 3; i++) {
         point[i] = at[i];
         tangent[i] = along[i];
@@ -40,15 +41,17 @@ static void curve(double p, double q, double turns, double point[3], double tang
 
 status scene_knot(const scene_request *request, const report *report, model_list *list)
 {
-    double p = request->values[KEY_knot_p].number, q = request->values[KEY_knot_q].number, radius = request->values[KEY_knot_radius].number;
-    uint32_t rings = (uint32_t)request->values[KEY_knot_rings].number, sides = (uint32_t)request->values[KEY_knot_sides].number;
+    double p = request->values[KEY_knot_p].number, q = request->values[KEY_knot_q].number,
+           radius = request->values[KEY_knot_radius].number;
+    uint32_t rings = (uint32_t)request->values[KEY_knot_rings].number,
+             sides = (uint32_t)request->values[KEY_knot_sides].number;
     mesh *mesh = mesh_allocate(rings * sides, rings * sides * 2);
     for (uint32_t ring = 0; mesh && ring < rings; ring++) {
         double point[3], tangent[3], normal[3], binormal[3];
         curve(p, q, (double)ring / rings, point, tangent, normal);
         cross(tangent, normal, binormal);
         normalize(binormal);
-        cross(binormal, tangent, normal);   // square to the tangent
+        cross(binormal, tangent, normal);  // square to the tangent
         normalize(normal);
         for (uint32_t side = 0; side < sides; side++) {
             double sine, cosine;
@@ -60,7 +63,7 @@ status scene_knot(const scene_request *request, const report *report, model_list
                 mesh->vertex_normals[vertex][i] = (float)out;
                 mesh->positions[vertex][i] = (float)(point[i] + radius * out);
             }
-            const uint32_t corners[2][3] = { { vertex, ahead, next }, { next, ahead, next_ahead } };
+            const uint32_t corners[2][3] = {{vertex, ahead, next}, {next, ahead, next_ahead}};
             for (int half = 0; half < 2; half++)
                 for (int i = 0; i < 3; i++)
                     mesh->triangles[2 * vertex + (uint32_t)half][i] = corners[half][i];

@@ -48,7 +48,7 @@ static void color_layer(uint32_t layer, uint32_t count, double alpha, float rgba
 
 status scene_sheets(const scene_request *request, const report *report, model_list *list)
 {
-    static const float corners[3][2] = { { -64, -64 }, { 192, -64 }, { -64, 192 } };
+    static const float corners[3][2] = {{-64, -64}, {192, -64}, {-64, 192}};
     uint32_t count = (uint32_t)request->values[KEY_sheets_count].number;
     uint32_t *layers = malloc(count * sizeof *layers);
     mesh *mesh = layers ? mesh_allocate(count * 3, count) : NULL;

@@ -23,9 +23,9 @@ static void sample_volume(const double p[3], double rgba[4])
     double folds = radius < 0.88 ? bump(gyroid / 0.6) * (radius < 0.7 ? 1 : (0.88 - radius) / 0.18) : 0;
     double core = 1.5 * bump(radius / 0.30);
     double sum = skin + folds + core;
-    static const double skin_color[3] = { 0.60, 0.52, 0.50 }, core_color[3] = { 0.98, 0.62, 0.12 };
-    static const double fold_colors[2][3] = { { 0.04, 0.26, 0.50 }, { 0.52, 0.06, 0.16 } };
-    static const double EMPTY = 0.01;   // weight of the folds' colour where there is nothing: colours stay smooth
+    static const double skin_color[3] = {0.60, 0.52, 0.50}, core_color[3] = {0.98, 0.62, 0.12};
+    static const double fold_colors[2][3] = {{0.04, 0.26, 0.50}, {0.52, 0.06, 0.16}};
+    static const double EMPTY = 0.01;  // weight of the folds' colour where there is nothing: colours stay smooth
     double side = 0.5 + 0.5 * p[1];
     for (int i = 0; i < 3; i++) {
         double fold = fold_colors[0][i] * side + fold_colors[1][i] * (1 - side);
@@ -45,7 +45,7 @@ static status add_slices(const scene_request *request, const report *report, mod
     for (uint32_t slice = 0; mesh && slice < slices; slice++) {
         for (uint32_t row = 0; row < side; row++) {
             for (uint32_t column = 0; column < side; column++, vertex++) {
-                double rgba[4], p[3] = { 2.0 * column / grid - 1, 1 - 2.0 * row / grid, 1 - (2.0 * slice + 1) / slices };
+                double rgba[4], p[3] = {2.0 * column / grid - 1, 1 - 2.0 * row / grid, 1 - (2.0 * slice + 1) / slices};
                 sample_volume(p, rgba);
                 rgba[3] = rgba[3] * density / slices < 0.95 ? rgba[3] * density / slices : 0.95;
                 for (int i = 0; i < 3; i++)
@@ -54,7 +54,8 @@ static status add_slices(const scene_request *request, const report *report, mod
                     mesh->vertex_colors[vertex][i] = (float)rgba[i];
                 if (row == grid || column == grid)
                     continue;
-                const uint32_t corners[2][3] = { { vertex, vertex + side, vertex + 1 }, { vertex + 1, vertex + side, vertex + side + 1 } };
+                const uint32_t corners[2][3] = {{vertex, vertex + side, vertex + 1},
+                                                {vertex + 1, vertex + side, vertex + side + 1}};
                 for (int half = 0; half < 2; half++, triangle++)
                     for (int i = 0; i < 3; i++)
                         mesh->triangles[triangle][i] = corners[half][i];
@@ -79,8 +80,8 @@ static status add_cone(const scene_request *request, const report *report, model
         bool apex = i >= segments;
         double sine, cosine, rise = RADIUS / (APEX - BASE);
         angle_sin_cos((apex ? i - segments + 0.5 : i) / segments, &sine, &cosine);
-        const double p[3] = { apex ? 0 : RADIUS * cosine, apex ? APEX : BASE, apex ? 0 : RADIUS * sine };
-        const double normal[3] = { cosine, rise, sine }, rgba[4] = { 0.92, 0.48, 0.10, alpha };
+        const double p[3] = {apex ? 0 : RADIUS * cosine, apex ? APEX : BASE, apex ? 0 : RADIUS * sine};
+        const double normal[3] = {cosine, rise, sine}, rgba[4] = {0.92, 0.48, 0.10, alpha};
         for (int c = 0; c < 3; c++) {
             mesh->positions[i][c] = (float)p[c];
             mesh->vertex_normals[i][c] = (float)normal[c];

@@ -5,7 +5,7 @@
 #include <string.h>
 
 const scene_row scene_table[SCENE_COUNT] = {
-#define SCENE(name, summary) { #name, summary, scene_##name },
+#define SCENE(name, summary) {#name, summary, scene_##name},
 #define SCENE_NUMBER(scene, key, whole, initial, low, high, meaning)
 #define SCENE_WORD(scene, key, words, initial, low, high, meaning)
 #include "scenes.def"
@@ -16,8 +16,10 @@ const scene_row scene_table[SCENE_COUNT] = {
 
 const scene_key_row scene_key_table[SCENE_KEY_COUNT] = {
 #define SCENE(name, summary)
-#define SCENE_NUMBER(scene, key, whole, initial, low, high, meaning) { #scene, #key, whole, NULL, initial, low, high, meaning },
-#define SCENE_WORD(scene, key, words, initial, low, high, meaning) { #scene, #key, true, words, initial, low, high, meaning },
+#define SCENE_NUMBER(scene, key, whole, initial, low, high, meaning) \
+    {#scene, #key, whole, NULL, initial, low, high, meaning},
+#define SCENE_WORD(scene, key, words, initial, low, high, meaning) \
+    {#scene, #key, true, words, initial, low, high, meaning},
 #include "scenes.def"
 #undef SCENE
 #undef SCENE_NUMBER
@@ -28,10 +30,10 @@ static void print_key(const scene_key_row *row, FILE *out)
 {
     if (row->words)
         fprintf(out, "  %s=%s   (default %.*s; a number after ':' is %.10g to %.10g)  %s\n", row->name, row->words,
-            (int)strcspn(row->words, " "), row->words, row->low, row->high, row->meaning);
+                (int)strcspn(row->words, " "), row->words, row->low, row->high, row->meaning);
     else
-        fprintf(out, "  %s=%s %.10g to %.10g   (default %.10g)  %s\n", row->name, row->whole ? "integer" : "number", row->low,
-            row->high, row->initial, row->meaning);
+        fprintf(out, "  %s=%s %.10g to %.10g   (default %.10g)  %s\n", row->name, row->whole ? "integer" : "number",
+                row->low, row->high, row->initial, row->meaning);
 }
 
 void scene_print_help(const char *scene, const char *key, FILE *out)

@@ -12,8 +12,8 @@ typedef struct scene_row {
 typedef struct scene_key_row {
     const char *scene, *name;
     bool whole;
-    const char *words;           // NULL: a number
-    double initial, low, high;   // initial of a word: its index
+    const char *words;          // NULL: a number
+    double initial, low, high;  // initial of a word: its index
     const char *meaning;
 } scene_key_row;
 

@@ -6,9 +6,9 @@
 
 // Tints of surfaces that face along x, y and z; between them by the squares of the normal's components.
 static const double TINTS[3][3] = {
-    { 0.76, 0.34, 0.26 },   // clay
-    { 0.24, 0.54, 0.62 },   // lagoon
-    { 0.84, 0.66, 0.38 },   // sand
+    {0.76, 0.34, 0.26},  // clay
+    {0.24, 0.54, 0.62},  // lagoon
+    {0.84, 0.66, 0.38},  // sand
 };
 static const double AMBIENT = 0.22;
 
@@ -26,14 +26,16 @@ void shade_corner(const model *model, const view *view, double alpha, uint32_t t
 {
     const mesh *mesh = model->mesh;
     uint32_t vertex = mesh->triangles[triangle][corner];
-    const float *color = mesh->face_colors ? mesh->face_colors[triangle] : mesh->vertex_colors ? mesh->vertex_colors[vertex] : NULL;
+    const float *color = mesh->face_colors     ? mesh->face_colors[triangle]
+                         : mesh->vertex_colors ? mesh->vertex_colors[vertex]
+                                               : NULL;
     for (int c = 0; c < 4 && color; c++)
         rgba[c] = (double)color[c];
     if (model->unlit && color)
         return;
 
     const float *file_normal = mesh->vertex_normals[vertex];
-    double normal[3] = { (double)file_normal[0], (double)file_normal[1], (double)file_normal[2] }, to_eye[3];
+    double normal[3] = {(double)file_normal[0], (double)file_normal[1], (double)file_normal[2]}, to_eye[3];
     double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
     view_direction(view, mesh->positions[vertex], to_eye);
     // A corner without a normal is lit and tinted as if it faced the eye.

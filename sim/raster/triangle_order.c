@@ -62,8 +62,8 @@ static void shuffle(uint32_t *order, uint32_t count, uint64_t seed)
     }
 }
 
-status triangle_order_fill(const model *model, const view *view, triangle_order kind, uint64_t parameter, const report *report,
-                           uint32_t *order)
+status triangle_order_fill(const model *model, const view *view, triangle_order kind, uint64_t parameter,
+                           const report *report, uint32_t *order)
 {
     uint32_t count = model->mesh->triangle_count;
     for (uint32_t i = 0; i < count; i++)
@@ -79,7 +79,7 @@ status triangle_order_fill(const model *model, const view *view, triangle_order 
     if (!keys)
         return report_error(report, STATUS_IO, "%s: out of memory", model->name);
     for (uint32_t i = 0; i < count; i++)
-        keys[i] = (keyed){ centroid_distance(model, view, i), i };
+        keys[i] = (keyed){centroid_distance(model, view, i), i};
     if (kind == ORDER_BUCKET)
         to_buckets(keys, count, parameter ? parameter : 1);
     qsort(keys, count, sizeof *keys, kind == ORDER_BACK ? compare_back : compare_front);

@@ -31,7 +31,7 @@ static edge edge_between(const screen_vertex *from, const screen_vertex *to)
 {
     int64_t dx = to->x - from->x, dy = to->y - from->y;
     bool top_left = dy < 0 || (dy == 0 && dx > 0);
-    return (edge){ .x = from->x, .y = from->y, .step_x = -dy, .step_y = dx, .bias = top_left ? 0 : 1 };
+    return (edge){.x = from->x, .y = from->y, .step_x = -dy, .step_y = dx, .bias = top_left ? 0 : 1};
 }
 
 int128 edge_at(const edge *edge, int64_t x, int64_t y)
@@ -41,10 +41,12 @@ int128 edge_at(const edge *edge, int64_t x, int64_t y)
 
 bool triangle_set_up(const screen_vertex corners[3], uint32_t width, uint32_t height, triangle_setup *setup)
 {
-    const screen_vertex *v[3] = { &corners[0], &corners[1], &corners[2] };
+    const screen_vertex *v[3] = {&corners[0], &corners[1], &corners[2]};
     // Sample positions lie in [0, 256) of their pixel, so a pixel left of the smallest x has none inside.
-    int64_t left = smallest(v[0]->x, v[1]->x, v[2]->x) >> SUBPIXEL_BITS, right = largest(v[0]->x, v[1]->x, v[2]->x) >> SUBPIXEL_BITS;
-    int64_t top = smallest(v[0]->y, v[1]->y, v[2]->y) >> SUBPIXEL_BITS, bottom = largest(v[0]->y, v[1]->y, v[2]->y) >> SUBPIXEL_BITS;
+    int64_t left = smallest(v[0]->x, v[1]->x, v[2]->x) >> SUBPIXEL_BITS,
+            right = largest(v[0]->x, v[1]->x, v[2]->x) >> SUBPIXEL_BITS;
+    int64_t top = smallest(v[0]->y, v[1]->y, v[2]->y) >> SUBPIXEL_BITS,
+            bottom = largest(v[0]->y, v[1]->y, v[2]->y) >> SUBPIXEL_BITS;
     if (right < 0 || bottom < 0 || left >= width || top >= height)
         return false;
     setup->x0 = clamp_pixel(left, width - 1);

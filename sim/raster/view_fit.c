@@ -8,8 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-static const double FILL = 0.96;         // of the view's width or height, whichever binds
-static const double DEPTH_ROOM = 1.0 / 64;   // of the depth range, before and behind
+static const double FILL = 0.96;            // of the view's width or height, whichever binds
+static const double DEPTH_ROOM = 1.0 / 64;  // of the depth range, before and behind
 static const double NEAR_OVER_FAR_MIN = 1e-4;
 
 static double dot(const double a[3], const double b[3])
@@ -41,13 +41,14 @@ static void each_point(const model_list *models, void (*see)(void *user, const d
         const model *model = &models->models[m];
         if (model->has_frame) {
             for (int corner = 0; corner < 8; corner++)
-                see(user, (double[3]){ model->frame[corner & 1][0], model->frame[corner >> 1 & 1][1], model->frame[corner >> 2][2] });
+                see(user, (double[3]){model->frame[corner & 1][0], model->frame[corner >> 1 & 1][1],
+                                      model->frame[corner >> 2][2]});
             continue;
         }
         for (uint32_t t = 0; t < model->mesh->triangle_count; t++) {
             for (int corner = 0; corner < 3; corner++) {
                 const float *p = model->mesh->positions[model->mesh->triangles[t][corner]];
-                see(user, (double[3]){ (double)p[0], (double)p[1], (double)p[2] });
+                see(user, (double[3]){(double)p[0], (double)p[1], (double)p[2]});
             }
         }
     }
@@ -72,8 +73,8 @@ static void see_box(void *user, const double point[3])
 typedef struct extent {
     const view *view;
     double origin[3], half_angle_tangent[2];
-    double low, high;            // along forward
-    double across[2];            // largest |x|, |y|
+    double low, high;  // along forward
+    double across[2];  // largest |x|, |y|
     double step_back;
     bool any;
 } extent;
@@ -81,9 +82,9 @@ typedef struct extent {
 static void see_extent(void *user, const double point[3])
 {
     extent *extent = user;
-    double from[3] = { point[0] - extent->origin[0], point[1] - extent->origin[1], point[2] - extent->origin[2] };
+    double from[3] = {point[0] - extent->origin[0], point[1] - extent->origin[1], point[2] - extent->origin[2]};
     double along = dot(extent->view->forward, from);
-    double across[2] = { fabs(dot(extent->view->right, from)), fabs(dot(extent->view->up, from)) };
+    double across[2] = {fabs(dot(extent->view->right, from)), fabs(dot(extent->view->up, from))};
     extent->low = extent->any && extent->low < along ? extent->low : along;
     extent->high = extent->any && extent->high > along ? extent->high : along;
     for (int i = 0; i < 2; i++) {
@@ -99,7 +100,7 @@ static status fit_axes(const camera *camera, const double towards_target[3], con
     memcpy(view->forward, towards_target, sizeof view->forward);
     if (!normalize(view->forward))
         return report_error(report, STATUS_USAGE, "camera: eye and target are the same point");
-    double up[3] = { 0, 1, 0 };
+    double up[3] = {0, 1, 0};
     if (camera->up_set)
         memcpy(up, camera->up, sizeof up);
     if (!normalize(up))
@@ -108,7 +109,7 @@ static status fit_axes(const camera *camera, const double towards_target[3], con
     if (!normalize(view->right) || fabs(dot(view->forward, up)) > 1 - 1e-12) {
         if (camera->up_set)
             return report_error(report, STATUS_USAGE, "camera: up points along the view");
-        cross(view->forward, (double[3]){ 0, 0, -1 }, view->right);
+        cross(view->forward, (double[3]){0, 0, -1}, view->right);
         normalize(view->right);
     }
     cross(view->right, view->forward, view->up);
@@ -124,7 +125,7 @@ static status fit_depth(const camera *camera, const extent *seen, const report *
     if (camera->far != 0)
         view->far = camera->far;
     if (!view->ortho && view->far <= 0 && camera->far == 0)
-        view->far = 1;   // everything is behind the eye
+        view->far = 1;  // everything is behind the eye
     if (camera->near != 0)
         view->near = camera->near;
     else if (!view->ortho && view->near < view->far * NEAR_OVER_FAR_MIN)
@@ -132,19 +133,22 @@ static status fit_depth(const camera *camera, const extent *seen, const report *
     if (camera->far == 0 && camera->near != 0 && view->far <= view->near)
         view->far = view->near + fabs(view->near);
     if (!(view->near < view->far) || (!view->ortho && !(view->near > 0)) || !isfinite(view->far - view->near))
-        return report_error(report, STATUS_USAGE, "camera: near is %.9g and far is %.9g; near must be below far%s", view->near, view->far,
-            view->ortho ? "" : ", and above 0 in perspective");
+        return report_error(report, STATUS_USAGE, "camera: near is %.9g and far is %.9g; near must be below far%s",
+                            view->near, view->far, view->ortho ? "" : ", and above 0 in perspective");
     return STATUS_OK;
 }
 
-status view_fit(const camera *camera, const model_list *models, uint32_t width, uint32_t height, const report *report, view *view)
+status view_fit(const camera *camera, const model_list *models, uint32_t width, uint32_t height, const report *report,
+                view *view)
 {
-    *view = (struct view){ .ortho = camera->ortho, .reverse_z = camera->reverse_z, .width = width, .height = height };
+    *view = (struct view){.ortho = camera->ortho, .reverse_z = camera->reverse_z, .width = width, .height = height};
     if (!camera->ortho && !(camera->fov_degrees > 0 && camera->fov_degrees < 180))
-        return report_error(report, STATUS_USAGE, "camera: a field of view of %.9g degrees; it must be above 0 and below 180", camera->fov_degrees);
-    box bounds = { .any = false };
+        return report_error(report, STATUS_USAGE,
+                            "camera: a field of view of %.9g degrees; it must be above 0 and below 180",
+                            camera->fov_degrees);
+    box bounds = {.any = false};
     each_point(models, see_box, &bounds);
-    double target[3], towards[3] = { 0, 0, -1 };
+    double target[3], towards[3] = {0, 0, -1};
     for (int i = 0; i < 3; i++) {
         target[i] = camera->target_set ? camera->target[i] : (bounds.low[i] + bounds.high[i]) / 2;
         if (camera->eye_set)
@@ -155,7 +159,7 @@ status view_fit(const camera *camera, const model_list *models, uint32_t width, 
         return result;
 
     double aspect = (double)width / height, tangent = camera->ortho ? 1 : angle_tangent(camera->fov_degrees / 720);
-    extent seen = { .view = view, .half_angle_tangent = { tangent * aspect, tangent } };
+    extent seen = {.view = view, .half_angle_tangent = {tangent * aspect, tangent}};
     memcpy(seen.origin, camera->eye_set ? camera->eye : target, sizeof seen.origin);
     each_point(models, see_extent, &seen);
     double back = 0;

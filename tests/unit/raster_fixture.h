@@ -32,17 +32,22 @@ static inline status keep(void *user, const fragments *run)
             return STATUS_IO;
     }
     for (uint32_t i = 0; i < run->count; i++)
-        kept->fragments[kept->count++] = (kept_fragment){ run->x[i], run->y[i], run->sample[i], run->depth[i],
-            { run->rgba[0][i], run->rgba[1][i], run->rgba[2][i], run->rgba[3][i] }, run->primitive[i] };
+        kept->fragments[kept->count++] =
+            (kept_fragment){run->x[i],
+                            run->y[i],
+                            run->sample[i],
+                            run->depth[i],
+                            {run->rgba[0][i], run->rgba[1][i], run->rgba[2][i], run->rgba[3][i]},
+                            run->primitive[i]};
     return STATUS_OK;
 }
 
 static inline void kept_start(kept *kept, uint32_t width, uint32_t height, uint32_t samples)
 {
     memset(kept, 0, sizeof *kept);
-    kept->info = (trace_info){ .width = width, .height = height, .samples = samples };
+    kept->info = (trace_info){.width = width, .height = height, .samples = samples};
     trace_standard_positions(&kept->info);
-    kept->rasterizer = rasterizer_create(&kept->info, (fragment_sink){ keep, kept });
+    kept->rasterizer = rasterizer_create(&kept->info, (fragment_sink){keep, kept});
 }
 
 static inline void kept_stop(kept *kept)

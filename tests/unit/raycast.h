@@ -19,7 +19,7 @@ enum { RAY_HITS_MAX = 4096 };
 
 typedef struct ray_hit {
     uint32_t primitive;
-    double distance;    // along the ray, in units of its direction
+    double distance;  // along the ray, in units of its direction
 } ray_hit;
 
 typedef struct raycaster {
@@ -28,7 +28,7 @@ typedef struct raycaster {
 } raycaster;
 
 typedef struct ray_context {
-    struct RTCIntersectContext context;   // first: the filter gets it
+    struct RTCIntersectContext context;  // first: the filter gets it
     ray_hit hits[RAY_HITS_MAX];
     uint32_t count;
     bool overflow;
@@ -41,13 +41,13 @@ static inline void raycaster_store(const struct RTCFilterFunctionNArguments *arg
         return;
     const struct RTCRay *ray = (const struct RTCRay *)(const void *)arguments->ray;
     const struct RTCHit *hit = (const struct RTCHit *)(const void *)arguments->hit;
-    arguments->valid[0] = 0;   // go on
+    arguments->valid[0] = 0;  // go on
     for (uint32_t i = 0; i < context->count; i++)
         if (context->hits[i].primitive == hit->primID)
-            return;            // some builds report a primitive twice
+            return;  // some builds report a primitive twice
     context->overflow = context->overflow || context->count == RAY_HITS_MAX;
     if (!context->overflow)
-        context->hits[context->count++] = (ray_hit){ hit->primID, (double)ray->tfar };
+        context->hits[context->count++] = (ray_hit){hit->primID, (double)ray->tfar};
 }
 
 // Takes the mesh's triangles in file order. False if Embree does not start.
@@ -71,8 +71,10 @@ static inline bool raycaster_start(raycaster *caster, const mesh *mesh)
     caster->scene = rtcNewScene(caster->device);
     rtcSetSceneFlags(caster->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     RTCGeometry geometry = rtcNewGeometry(caster->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void *vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh->vertex_count);
-    void *triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), mesh->triangle_count);
+    void *vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                             mesh->vertex_count);
+    void *triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                              3 * sizeof(uint32_t), mesh->triangle_count);
     if (!vertices || !triangles)
         return false;
     memcpy(vertices, mesh->positions, mesh->vertex_count * sizeof *mesh->positions);
@@ -111,8 +113,15 @@ static inline void raycaster_cast(raycaster *caster, const view *view, double x,
     context->context.filter = raycaster_store;
     context->count = 0;
     context->overflow = false;
-    struct RTCRay ray = { .org_x = (float)origin[0], .org_y = (float)origin[1], .org_z = (float)origin[2], .dir_x = (float)direction[0],
-        .dir_y = (float)direction[1], .dir_z = (float)direction[2], .tnear = (float)view->near, .tfar = (float)view->far, .mask = UINT32_MAX };
+    struct RTCRay ray = {.org_x = (float)origin[0],
+                         .org_y = (float)origin[1],
+                         .org_z = (float)origin[2],
+                         .dir_x = (float)direction[0],
+                         .dir_y = (float)direction[1],
+                         .dir_z = (float)direction[2],
+                         .tnear = (float)view->near,
+                         .tfar = (float)view->far,
+                         .mask = UINT32_MAX};
     rtcOccluded1(caster->scene, &context->context, &ray);
 }
 

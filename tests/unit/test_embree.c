@@ -16,7 +16,7 @@
 #include <cmocka.h>
 
 static const double EDGE_PIXELS = 0.004;
-static const double RAY_ERROR = 2e-5;     // of a distance, relative
+static const double RAY_ERROR = 2e-5;  // of a distance, relative
 
 typedef struct comparison {
     size_t samples, hits, near_edge, differences_near_edge;
@@ -65,12 +65,14 @@ static double edge_distance(const projected *p, double x, double y)
 static double depth_tolerance(const view *view, const projected *p, double depth)
 {
     double area = fabs((p->x[1] - p->x[0]) * (p->y[2] - p->y[0]) - (p->y[1] - p->y[0]) * (p->x[2] - p->x[0]));
-    double longest = 0, low = fmin(p->depth[0], fmin(p->depth[1], p->depth[2])), high = fmax(p->depth[0], fmax(p->depth[1], p->depth[2]));
+    double longest = 0, low = fmin(p->depth[0], fmin(p->depth[1], p->depth[2])),
+           high = fmax(p->depth[0], fmax(p->depth[1], p->depth[2]));
     for (int i = 0; i < 3; i++)
         longest = fmax(longest, hypot(p->x[(i + 1) % 3] - p->x[i], p->y[(i + 1) % 3] - p->y[i]));
     double height = area / longest;
     double distance = view->ortho ? view->far : view->far * view->near / (view->far - depth * (view->far - view->near));
-    double slope = view->ortho ? 1 / (view->far - view->near) : view->far * view->near / (distance * distance * (view->far - view->near));
+    double slope = view->ortho ? 1 / (view->far - view->near)
+                               : view->far * view->near / (distance * distance * (view->far - view->near));
     return (high - low) * fmin(1, 2 * EDGE_PIXELS / height) + slope * distance * RAY_ERROR + 1e-7;
 }
 
@@ -92,8 +94,8 @@ static int by_primitive(const void *left, const void *right)
     return a->primitive < b->primitive ? -1 : a->primitive > b->primitive;
 }
 
-static void compare_sample(const view *view, const mesh *mesh, double x, double y, const kept_fragment *fragments, size_t count,
-                           ray_context *rays, comparison *result)
+static void compare_sample(const view *view, const mesh *mesh, double x, double y, const kept_fragment *fragments,
+                           size_t count, ray_context *rays, comparison *result)
 {
     qsort(rays->hits, rays->count, sizeof *rays->hits, by_primitive);
     result->samples++;
@@ -109,11 +111,13 @@ static void compare_sample(const view *view, const mesh *mesh, double x, double 
         if (in_trace != in_rays) {
             result->differences_near_edge++;
             if (!near_edge)
-                fail_msg("at %.6f %.6f only the %s has primitive %u, %.6f pixels from its edge", x, y, in_trace ? "trace" : "ray", primitive, edge_distance(&p, x, y));
+                fail_msg("at %.6f %.6f only the %s has primitive %u, %.6f pixels from its edge", x, y,
+                         in_trace ? "trace" : "ray", primitive, edge_distance(&p, x, y));
         } else {
             double depth = depth_at(view, rays->hits[h].distance), difference = fabs(depth - fragments[f].depth);
             if (!near_edge && !(difference <= depth_tolerance(view, &p, depth)))
-                fail_msg("at %.6f %.6f primitive %u: depth %.9f in the trace, %.9f by the ray", x, y, primitive, fragments[f].depth, depth);
+                fail_msg("at %.6f %.6f primitive %u: depth %.9f in the trace, %.9f by the ray", x, y, primitive,
+                         fragments[f].depth, depth);
         }
         f += in_trace;
         h += in_rays;
@@ -127,8 +131,8 @@ static comparison compare(const model *model, const camera *camera, uint32_t siz
     view view;
     raycaster caster;
     record_options options;
-    comparison result = { 0 };
-    model_list list = { (struct model *)model, 1 };
+    comparison result = {0};
+    model_list list = {(struct model *)model, 1};
     record_defaults(&options);
     options.camera = *camera;
     assert_int_equal(view_fit(camera, &list, size, size, NULL, &view), STATUS_OK);
@@ -143,7 +147,8 @@ static comparison compare(const model *model, const camera *camera, uint32_t siz
         for (uint32_t x = 0; x < size; x++) {
             for (uint32_t s = 0; s < samples; s++) {
                 size_t first = next;
-                while (next < kept.count && kept.fragments[next].y == y && kept.fragments[next].x == x && kept.fragments[next].sample == s)
+                while (next < kept.count && kept.fragments[next].y == y && kept.fragments[next].x == x &&
+                       kept.fragments[next].sample == s)
                     next++;
                 double px = (double)sample_x(&kept, x, s) / 256, py = (double)sample_y(&kept, y, s) / 256;
                 raycaster_cast(&caster, &view, px, py, rays);
@@ -152,12 +157,12 @@ static comparison compare(const model *model, const camera *camera, uint32_t siz
             }
         }
     }
-    assert_int_equal(next, kept.count);   // every fragment was compared
+    assert_int_equal(next, kept.count);  // every fragment was compared
     free(rays);
     raycaster_stop(&caster);
     kept_stop(&kept);
-    print_message("    %zu samples, %zu hits, %zu nearer than %.3f pixel to an edge, %zu of these differ\n", result.samples, result.hits,
-        result.near_edge, EDGE_PIXELS, result.differences_near_edge);
+    print_message("    %zu samples, %zu hits, %zu nearer than %.3f pixel to an edge, %zu of these differ\n",
+                  result.samples, result.hits, result.near_edge, EDGE_PIXELS, result.differences_near_edge);
     return result;
 }
 
@@ -171,7 +176,7 @@ static void check_differences(const comparison *seen)
 
 static void load_scene(const char *text, model_list *list)
 {
-    *list = (model_list){ 0 };
+    *list = (model_list){0};
     assert_int_equal(scene_add(text, NULL, list), STATUS_OK);
 }
 
@@ -186,7 +191,7 @@ static void the_demo_mesh_agrees(void **state)
     model_list list;
     load_scene(BUNNY, &list);
     for (int ortho = 0; ortho < 2; ortho++) {
-        camera camera = { .fov_degrees = 30, .ortho = ortho };
+        camera camera = {.fov_degrees = 30, .ortho = ortho};
         comparison seen = compare(&list.models[0], &camera, 256, 2);
         assert_true(seen.hits > 100000);
         check_differences(&seen);
@@ -197,12 +202,13 @@ static void the_demo_mesh_agrees(void **state)
 static void soups_agree(void **state)
 {
     (void)state;
-    static const char *const scenes[] = { "scene:soup,count=400,size=0.6", "scene:soup,count=3000,size=0.1,seed=2", "scene:soup,count=60,size=3,seed=3" };
-    static const uint32_t samples[] = { 4, 1, 8 };
+    static const char *const scenes[] = {"scene:soup,count=400,size=0.6", "scene:soup,count=3000,size=0.1,seed=2",
+                                         "scene:soup,count=60,size=3,seed=3"};
+    static const uint32_t samples[] = {4, 1, 8};
     for (int i = 0; i < 3; i++) {
         model_list list;
         load_scene(scenes[i], &list);
-        camera camera = { .fov_degrees = 60, .ortho = i == 1 };
+        camera camera = {.fov_degrees = 60, .ortho = i == 1};
         comparison seen = compare(&list.models[0], &camera, 128, samples[i]);
         assert_true(seen.hits > 20000);
         check_differences(&seen);
@@ -231,12 +237,12 @@ static void coplanar_and_non_manifold_faces_agree(void **state)
         const uint32_t *from = knot->triangles[f * 16];
         for (int i = 0; i < 3; i++)
             mesh->positions[vertices + f][i] = knot->positions[from[0]][i] + 0.3f * knot->vertex_normals[from[0]][i];
-        const uint32_t fin[3] = { from[0], from[1], vertices + f };
+        const uint32_t fin[3] = {from[0], from[1], vertices + f};
         memcpy(mesh->triangles[2 * count + f], fin, sizeof fin);
     }
     model_list_clear(&list);
     assert_int_equal(model_add(&list, "twice", CLASS_TRANSPARENT, mesh, NULL, NULL), STATUS_OK);
-    camera camera = { .fov_degrees = 40 };
+    camera camera = {.fov_degrees = 40};
     comparison seen = compare(&list.models[0], &camera, 192, 4);
     assert_true(seen.hits > 100000);
     check_differences(&seen);
@@ -255,7 +261,8 @@ static void coplanar_and_non_manifold_faces_agree(void **state)
         if (kept.fragments[i].primitive >= count)
             continue;
         size_t twin = i + 1;
-        while (twin < kept.count && kept.fragments[twin].primitive != kept.fragments[i].primitive + count && kept.fragments[twin].x == kept.fragments[i].x)
+        while (twin < kept.count && kept.fragments[twin].primitive != kept.fragments[i].primitive + count &&
+               kept.fragments[twin].x == kept.fragments[i].x)
             twin++;
         assert_true(twin < kept.count && kept.fragments[twin].primitive == kept.fragments[i].primitive + count);
         assert_true(kept.fragments[twin].x == kept.fragments[i].x && kept.fragments[twin].y == kept.fragments[i].y);
@@ -270,7 +277,9 @@ static void coplanar_and_non_manifold_faces_agree(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_demo_mesh_agrees), cmocka_unit_test(soups_agree), cmocka_unit_test(coplanar_and_non_manifold_faces_agree),
+        cmocka_unit_test(the_demo_mesh_agrees),
+        cmocka_unit_test(soups_agree),
+        cmocka_unit_test(coplanar_and_non_manifold_faces_agree),
     };
     return cmocka_run_group_tests_name("embree", tests, NULL, NULL);
 }

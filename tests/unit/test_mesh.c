@@ -61,29 +61,32 @@ static void refuse(void **state, const char *name, const char *text, const char 
         fail_msg("%s: expected '%s' in: %s", name, reason, said.text);
 }
 
-static const char PLY_QUAD[] = "ply\nformat ascii 1.0\ncomment a quad and a triangle\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
-    "element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n"
+static const char PLY_QUAD[] =
+    "ply\nformat ascii 1.0\ncomment a quad and a triangle\nelement vertex 5\nproperty float x\nproperty float "
+    "y\nproperty float z\n"
+    "element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar "
+    "blue\nproperty uchar alpha\n"
     "end_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0.5 0.5\n4 0 1 2 3 255 0 0 51\n3 1 4 2 0 255 0 255\n";
-static const char OFF_QUAD[] = "OFF\n# a quad and a triangle\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0.5 0.5\n4 0 1 2 3 255 0 0\n3 1 4 2 0 255 0\n";
+static const char OFF_QUAD[] =
+    "OFF\n# a quad and a triangle\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0.5 0.5\n4 0 1 2 3 255 0 0\n3 1 4 2 0 255 0\n";
 static const char OBJ_QUAD[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0.5 0.5\nf 1 2 3 4\nf 2 5 3\n";
-static const char STL_TWO[] = "solid two\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n"
+static const char STL_TWO[] =
+    "solid two\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n"
     "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid two\n";
 // The quad and the triangle as OpenMesh 9 writes them: half-edges, no attributes.
 static const unsigned char OM_QUAD[] = {
-    0x4f, 0x4d, 0x50, 0x42, 0x05, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x06, 0x00, 0x00, 0x00,
-    0x00, 0x16, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
-    0x80, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x80, 0x3f, 0x00, 0x00,
-    0x80, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x80, 0x3f, 0x00, 0x00,
-    0x00, 0x00, 0x00, 0x00, 0x00, 0x40, 0x00, 0x00, 0x00, 0x3f, 0x00, 0x00, 0x00, 0x3f, 0xf8, 0x16,
-    0x02, 0x01, 0x00, 0x07, 0x00, 0xff, 0x04, 0x02, 0x00, 0x08, 0x01, 0x01, 0x06, 0x03, 0x00, 0x0b,
-    0x02, 0xff, 0x00, 0x00, 0x00, 0x05, 0x03, 0xff, 0x0a, 0x04, 0x01, 0x01, 0x01, 0xff, 0x03, 0x02,
-    0x01, 0x09, 0x04, 0xff, 0xe0, 0x06, 0x07, 0x01, 0x0b, 0x05, 0x09, 0xe8, 0x06, 0x06, 0x03, 0x1c,
-    0x00,
+    0x4f, 0x4d, 0x50, 0x42, 0x05, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x06, 0x00, 0x00, 0x00, 0x00, 0x16, 0x00,
+    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x80, 0x3f, 0x00, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x80, 0x3f, 0x00, 0x00, 0x80, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0x00, 0x80, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x40, 0x00, 0x00, 0x00, 0x3f, 0x00, 0x00,
+    0x00, 0x3f, 0xf8, 0x16, 0x02, 0x01, 0x00, 0x07, 0x00, 0xff, 0x04, 0x02, 0x00, 0x08, 0x01, 0x01, 0x06, 0x03, 0x00,
+    0x0b, 0x02, 0xff, 0x00, 0x00, 0x00, 0x05, 0x03, 0xff, 0x0a, 0x04, 0x01, 0x01, 0x01, 0xff, 0x03, 0x02, 0x01, 0x09,
+    0x04, 0xff, 0xe0, 0x06, 0x07, 0x01, 0x0b, 0x05, 0x09, 0xe8, 0x06, 0x06, 0x03, 0x1c, 0x00,
 };
 
 static void check_quad(const mesh *mesh)
 {
-    static const uint32_t triangles[3][3] = { { 0, 1, 2 }, { 0, 2, 3 }, { 1, 4, 2 } };
+    static const uint32_t triangles[3][3] = {{0, 1, 2}, {0, 2, 3}, {1, 4, 2}};
     assert_int_equal(mesh->vertex_count, 5);
     assert_int_equal(mesh->face_count, 2);
     assert_int_equal(mesh->dropped_faces, 0);
@@ -92,7 +95,7 @@ static void check_quad(const mesh *mesh)
     assert_int_equal(mesh->face_of_triangle[1], 0);
     assert_int_equal(mesh->face_of_triangle[2], 1);
     assert_true(mesh->positions[4][0] == 2 && mesh->positions[4][2] == 0.5f);
-    assert_true(mesh->vertex_normals[0][2] == 1);   // the quad's, by area
+    assert_true(mesh->vertex_normals[0][2] == 1);  // the quad's, by area
 }
 
 static void polygons_become_fans(void **state)
@@ -122,7 +125,8 @@ static void face_colors_reach_every_triangle(void **state)
     assert_null(mesh->vertex_colors);
     assert_true(mesh->colors_have_alpha);
     for (int t = 0; t < 2; t++)
-        assert_true(mesh->face_colors[t][0] == 1 && mesh->face_colors[t][1] == 0 && mesh->face_colors[t][3] == 51 / 255.0f);
+        assert_true(mesh->face_colors[t][0] == 1 && mesh->face_colors[t][1] == 0 &&
+                    mesh->face_colors[t][3] == 51 / 255.0f);
     assert_true(mesh->face_colors[2][1] == 1 && mesh->face_colors[2][3] == 1);
     mesh_destroy(mesh);
     mesh = load(state, "quad.off", OFF_QUAD, &said);
@@ -135,14 +139,20 @@ static void face_colors_reach_every_triangle(void **state)
 static void vertex_colors_are_read(void **state)
 {
     messages said;
-    mesh *mesh = load(state, "c.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
-        "property uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
-        "0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 51\n3 0 1 2\n", &said);
+    mesh *mesh = load(state, "c.ply",
+                      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+                      "z\nproperty uchar red\n"
+                      "property uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int "
+                      "vertex_indices\nend_header\n"
+                      "0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 51\n3 0 1 2\n",
+                      &said);
     assert_non_null(mesh->vertex_colors);
     assert_false(mesh->colors_have_alpha);
-    assert_true(mesh->vertex_colors[0][0] == 1 && mesh->vertex_colors[1][1] == 1 && mesh->vertex_colors[2][2] == 51 / 255.0f);
+    assert_true(mesh->vertex_colors[0][0] == 1 && mesh->vertex_colors[1][1] == 1 &&
+                mesh->vertex_colors[2][2] == 51 / 255.0f);
     mesh_destroy(mesh);
-    mesh = load(state, "c.off", "COFF\n3 1 0\n0 0 0 255 0 0 51\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n3 0 1 2\n", &said);
+    mesh =
+        load(state, "c.off", "COFF\n3 1 0\n0 0 0 255 0 0 51\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n3 0 1 2\n", &said);
     assert_non_null(mesh->vertex_colors);
     assert_true(mesh->vertex_colors[0][3] == 51 / 255.0f);
     assert_true(mesh->colors_have_alpha);
@@ -158,7 +168,7 @@ static void stl_is_read_in_both_forms(void **state)
     mesh_destroy(mesh);
 
     unsigned char binary[84 + 50] = "solid, although binary";
-    const float corners[3][3] = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } };
+    const float corners[3][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     binary[80] = 1;
     memcpy(binary + 84 + 12, corners, sizeof corners);
     assert_int_equal(load_bytes(*state, "one.stl", binary, sizeof binary, &said, &mesh), STATUS_OK);
@@ -174,10 +184,12 @@ static void stl_is_read_in_both_forms(void **state)
 static void duplicates_and_non_manifold_faces_stay(void **state)
 {
     messages said;
-    mesh *mesh = load(state, "fan.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 1 2 3\nf 3 2 1\nf 1 2 4\nf 1 2 5\nf 2 2 3\n", &said);
+    mesh *mesh = load(
+        state, "fan.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 1 2 3\nf 3 2 1\nf 1 2 4\nf 1 2 5\nf 2 2 3\n", &said);
     assert_int_equal(mesh->triangle_count, 5);
     assert_int_equal(mesh->vertex_count, 5);
-    assert_int_equal(mesh->dropped_faces, 1);   // the one that repeats a corner
+    assert_int_equal(mesh->dropped_faces, 1);  // the one that repeats a corner
     assert_non_null(strstr(said.text, "left out 1 of 6 faces"));
     mesh_destroy(mesh);
 }
@@ -195,14 +207,21 @@ static void what_is_not_there_is_dropped_and_said(void **state)
 static void hostile_files_are_refused(void **state)
 {
     refuse(state, "a.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", "no end_header");
-    refuse(state, "b.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 1\nproperty list uchar int vertex_indices\nend_header\n", "more elements");
-    refuse(state, "c.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n", "longer than the rest");
-    refuse(state, "d.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty quad y\nend_header\n", "a type that PLY has not");
+    refuse(state, "b.ply",
+           "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n",
+           "more elements");
+    refuse(state, "c.ply",
+           "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n",
+           "longer than the rest");
+    refuse(state, "d.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty quad y\nend_header\n",
+           "a type that PLY has not");
     refuse(state, "e.ply", "plx\n", "begins with a line `ply`");
-    refuse(state, "f.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 1\nproperty float q\nend_header\n0 0 0\n1\n", "vertex_indices");
+    refuse(state, "f.ply",
+           "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty float q\nend_header\n0 0 0\n1\n",
+           "vertex_indices");
     refuse(state, "a.off", "OFF\n4000000000 1 0\n0 0 0\n", "more than the file can hold");
     refuse(state, "b.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n", "fewer corners");
     refuse(state, "c.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "ends within its faces");
@@ -219,9 +238,15 @@ static void hostile_files_are_refused(void **state)
 // Cut anywhere, a file is refused or, at a line's end of an OBJ file, smaller; never a crash or a hang.
 static void truncation_is_noticed(void **state)
 {
-    const struct { const char *name; const void *bytes; size_t size; bool tail_optional; } files[] = {
-        { "t.ply", PLY_QUAD, sizeof PLY_QUAD - 1, false }, { "t.off", OFF_QUAD, sizeof OFF_QUAD - 1, false },
-        { "t.stl", STL_TWO, sizeof STL_TWO - 1, false }, { "t.om", OM_QUAD, sizeof OM_QUAD, false }, { "t.obj", OBJ_QUAD, sizeof OBJ_QUAD - 1, true },
+    const struct {
+        const char *name;
+        const void *bytes;
+        size_t size;
+        bool tail_optional;
+    } files[] = {
+        {"t.ply", PLY_QUAD, sizeof PLY_QUAD - 1, false}, {"t.off", OFF_QUAD, sizeof OFF_QUAD - 1, false},
+        {"t.stl", STL_TWO, sizeof STL_TWO - 1, false},   {"t.om", OM_QUAD, sizeof OM_QUAD, false},
+        {"t.obj", OBJ_QUAD, sizeof OBJ_QUAD - 1, true},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         for (size_t size = 1; size < files[i].size; size++) {
@@ -240,11 +265,16 @@ static void truncation_is_noticed(void **state)
 // Any single byte changed: refused, or a mesh whose every index is in range.
 static void damaged_bytes_do_no_harm(void **state)
 {
-    const struct { const char *name; const void *bytes; size_t size; } files[] = {
-        { "t.ply", PLY_QUAD, sizeof PLY_QUAD - 1 }, { "t.om", OM_QUAD, sizeof OM_QUAD }, { "t.off", OFF_QUAD, sizeof OFF_QUAD - 1 },
-        { "t.obj", OBJ_QUAD, sizeof OBJ_QUAD - 1 }, { "t.stl", STL_TWO, sizeof STL_TWO - 1 },
+    const struct {
+        const char *name;
+        const void *bytes;
+        size_t size;
+    } files[] = {
+        {"t.ply", PLY_QUAD, sizeof PLY_QUAD - 1}, {"t.om", OM_QUAD, sizeof OM_QUAD},
+        {"t.off", OFF_QUAD, sizeof OFF_QUAD - 1}, {"t.obj", OBJ_QUAD, sizeof OBJ_QUAD - 1},
+        {"t.stl", STL_TWO, sizeof STL_TWO - 1},
     };
-    static const unsigned char values[] = { 0x00, 0x7f, 0xff, '9', '-' };
+    static const unsigned char values[] = {0x00, 0x7f, 0xff, '9', '-'};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         for (size_t at = 0; at < files[i].size * sizeof values; at++) {
             unsigned char copy[512];
@@ -279,10 +309,16 @@ static void paths_are_named(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(polygons_become_fans), cmocka_unit_test(face_colors_reach_every_triangle), cmocka_unit_test(vertex_colors_are_read),
-        cmocka_unit_test(stl_is_read_in_both_forms), cmocka_unit_test(duplicates_and_non_manifold_faces_stay),
-        cmocka_unit_test(what_is_not_there_is_dropped_and_said), cmocka_unit_test(hostile_files_are_refused),
-        cmocka_unit_test(truncation_is_noticed), cmocka_unit_test(damaged_bytes_do_no_harm), cmocka_unit_test(paths_are_named),
+        cmocka_unit_test(polygons_become_fans),
+        cmocka_unit_test(face_colors_reach_every_triangle),
+        cmocka_unit_test(vertex_colors_are_read),
+        cmocka_unit_test(stl_is_read_in_both_forms),
+        cmocka_unit_test(duplicates_and_non_manifold_faces_stay),
+        cmocka_unit_test(what_is_not_there_is_dropped_and_said),
+        cmocka_unit_test(hostile_files_are_refused),
+        cmocka_unit_test(truncation_is_noticed),
+        cmocka_unit_test(damaged_bytes_do_no_harm),
+        cmocka_unit_test(paths_are_named),
     };
     return cmocka_run_group_tests_name("mesh", tests, start, stop);
 }

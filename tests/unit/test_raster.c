@@ -10,13 +10,13 @@ __extension__ typedef __int128 int128;
 
 static screen_vertex at(int64_t x, int64_t y, double depth)
 {
-    return (screen_vertex){ .x = x, .y = y, .depth = depth, .inverse_w = 1, .rgba = { 1, 1, 1, 1 } };
+    return (screen_vertex){.x = x, .y = y, .depth = depth, .inverse_w = 1, .rgba = {1, 1, 1, 1}};
 }
 
 // One triangle of `kept` from corners in 1/256 pixel.
 static void draw(kept *kept, screen_vertex a, screen_vertex b, screen_vertex c, uint32_t primitive)
 {
-    const screen_vertex corners[3] = { a, b, c };
+    const screen_vertex corners[3] = {a, b, c};
     assert_int_equal(raster_triangle(kept->rasterizer, corners, primitive), STATUS_OK);
     assert_int_equal(rasterizer_flush(kept->rasterizer), STATUS_OK);
 }
@@ -39,12 +39,13 @@ static void samples_on_top_and_left_edges_are_inside(void **state)
     kept kept;
     (void)state;
     kept_start(&kept, 8, 8, 1);
-    draw(&kept, at(384, 384, 0), at(1408, 384, 0), at(384, 1408, 0), 0);   // pixels 1 to 5; right angle at the top left
+    draw(&kept, at(384, 384, 0), at(1408, 384, 0), at(384, 1408, 0), 0);  // pixels 1 to 5; right angle at the top left
     expect_picture(&kept, "00000000\n01111000\n01110000\n01100000\n01000000\n00000000\n00000000\n00000000\n");
     kept_stop(&kept);
 
     kept_start(&kept, 8, 8, 1);
-    draw(&kept, at(1408, 384, 0), at(1408, 1408, 0), at(384, 1408, 0), 0);   // its complement: the diagonal is a left edge
+    draw(&kept, at(1408, 384, 0), at(1408, 1408, 0), at(384, 1408, 0),
+         0);  // its complement: the diagonal is a left edge
     expect_picture(&kept, "00000000\n00000000\n00001000\n00011000\n00111000\n00000000\n00000000\n00000000\n");
     kept_stop(&kept);
 }
@@ -68,19 +69,21 @@ static void a_square_of_two_triangles_is_covered_once(void **state)
 static void fans_cover_every_sample_once(void **state)
 {
     (void)state;
-    static const uint32_t sample_counts[] = { 1, 2, 4, 8, 16 };
+    static const uint32_t sample_counts[] = {1, 2, 4, 8, 16};
     uint64_t random = 7;
     for (int round = 0; round < 60; round++) {
         kept kept;
         enum { SIZE = 48, CORNERS = 13 };
         kept_start(&kept, SIZE, SIZE, sample_counts[round % 5]);
-        screen_vertex ring[CORNERS], centre = at(24 * 256 + (int64_t)random_below(&random, 512), 24 * 256 + (int64_t)random_below(&random, 512), 0.5);
+        screen_vertex ring[CORNERS], centre = at(24 * 256 + (int64_t)random_below(&random, 512),
+                                                 24 * 256 + (int64_t)random_below(&random, 512), 0.5);
         for (int i = 0; i < CORNERS; i++) {
-            double sine, cosine, radius = 256 * (26 + 30 * random_unit(&random));   // parts of it beyond the image
+            double sine, cosine, radius = 256 * (26 + 30 * random_unit(&random));  // parts of it beyond the image
             angle_sin_cos((i + 0.9 * random_unit(&random)) / CORNERS, &sine, &cosine);
             // Some corners land on sample positions, so that edges go through samples.
             int64_t grid = i % 3 ? 1 : 64;
-            ring[i] = at((centre.x + (int64_t)(radius * cosine)) / grid * grid, (centre.y + (int64_t)(radius * sine)) / grid * grid, 0.25);
+            ring[i] = at((centre.x + (int64_t)(radius * cosine)) / grid * grid,
+                         (centre.y + (int64_t)(radius * sine)) / grid * grid, 0.25);
         }
         for (int i = 0; i < CORNERS; i++)
             draw(&kept, centre, ring[i], ring[(i + 1) % CORNERS], (uint32_t)i);
@@ -96,7 +99,7 @@ static void fans_cover_every_sample_once(void **state)
                     int64_t px = sample_x(&kept, x, s), py = sample_y(&kept, y, s);
                     int inside = 0;
                     for (int i = 0; i < CORNERS; i++) {
-                        const screen_vertex *v[3] = { &centre, &ring[i], &ring[(i + 1) % CORNERS] };
+                        const screen_vertex *v[3] = {&centre, &ring[i], &ring[(i + 1) % CORNERS]};
                         int64_t e[3];
                         for (int k = 0; k < 3; k++) {
                             const screen_vertex *from = v[k], *to = v[(k + 1) % 3];
@@ -126,7 +129,8 @@ static size_t check_exactly(const kept *kept, const screen_vertex v[3])
     for (uint32_t tile = 0; area && tile < kept->info.width / 8 * (kept->info.height / 8); tile++) {
         for (uint32_t i = 0; i < 64 * kept->info.samples; i++) {
             uint32_t s = i % kept->info.samples, pixel = i / kept->info.samples;
-            uint32_t x = tile % (kept->info.width / 8) * 8 + pixel % 8, y = tile / (kept->info.width / 8) * 8 + pixel / 8;
+            uint32_t x = tile % (kept->info.width / 8) * 8 + pixel % 8,
+                     y = tile / (kept->info.width / 8) * 8 + pixel / 8;
             int128 px = sample_x(kept, x, s), py = sample_y(kept, y, s), e[3];
             bool inside = true;
             for (int k = 0; k < 3; k++) {
@@ -143,7 +147,9 @@ static size_t check_exactly(const kept *kept, const screen_vertex v[3])
             const kept_fragment *f = &kept->fragments[next++];
             assert_true(f->x == x && f->y == y && f->sample == s);
             __extension__ typedef __float128 wide;
-            wide exact = ((wide)e[0] * (wide)v[0].depth + (wide)e[1] * (wide)v[1].depth + (wide)e[2] * (wide)v[2].depth) / ((wide)sign * (wide)area);
+            wide exact =
+                ((wide)e[0] * (wide)v[0].depth + (wide)e[1] * (wide)v[1].depth + (wide)e[2] * (wide)v[2].depth) /
+                ((wide)sign * (wide)area);
             double error = (double)((wide)f->depth - exact);
             assert_true(fabs(error) < 4 * 0x1p-53);
         }
@@ -155,7 +161,7 @@ static size_t check_exactly(const kept *kept, const screen_vertex v[3])
 static void random_triangles_match_exact_arithmetic(void **state)
 {
     (void)state;
-    static const int64_t reach[] = { 256, 2000, 20000, INT64_C(1) << 24, INT64_C(1) << 39 };
+    static const int64_t reach[] = {256, 2000, 20000, INT64_C(1) << 24, INT64_C(1) << 39};
     uint64_t random = 11;
     size_t covered = 0, covered_huge = 0;
     for (int round = 0; round < 400; round++) {
@@ -164,7 +170,8 @@ static void random_triangles_match_exact_arithmetic(void **state)
         kept_start(&kept, 32, 32, 1u << (round % 5));
         int64_t r = reach[round % 5];
         for (int i = 0; i < 3; i++)
-            v[i] = at(4096 + (int64_t)random_below(&random, (uint64_t)(2 * r)) - r, 4096 + (int64_t)random_below(&random, (uint64_t)(2 * r)) - r, random_unit(&random));
+            v[i] = at(4096 + (int64_t)random_below(&random, (uint64_t)(2 * r)) - r,
+                      4096 + (int64_t)random_below(&random, (uint64_t)(2 * r)) - r, random_unit(&random));
         draw(&kept, v[0], v[1], v[2], 3);
         size_t count = check_exactly(&kept, v);
         covered += count;
@@ -179,21 +186,22 @@ static void slivers_and_points(void **state)
     (void)state;
     kept kept;
     kept_start(&kept, 32, 32, 16);
-    draw(&kept, at(256, 256, 0), at(512, 512, 0), at(1024, 1024, 0), 0);    // on a line
-    draw(&kept, at(300, 300, 0), at(300, 300, 0), at(900, 300, 0), 0);      // two corners the same
-    draw(&kept, at(129, 129, 0), at(130, 129, 0), at(129, 130, 0), 0);      // smaller than the gap between samples
-    draw(&kept, at(-5000, -5000, 0), at(-100, -5000, 0), at(-5000, -100, 0), 0);   // outside
+    draw(&kept, at(256, 256, 0), at(512, 512, 0), at(1024, 1024, 0), 0);  // on a line
+    draw(&kept, at(300, 300, 0), at(300, 300, 0), at(900, 300, 0), 0);    // two corners the same
+    draw(&kept, at(129, 129, 0), at(130, 129, 0), at(129, 130, 0), 0);    // smaller than the gap between samples
+    draw(&kept, at(-5000, -5000, 0), at(-100, -5000, 0), at(-5000, -100, 0), 0);  // outside
     assert_int_equal(kept.count, 0);
     kept_stop(&kept);
     // A sub-pixel triangle around the one sample of a pixel.
     kept_start(&kept, 32, 32, 1);
     draw(&kept, at(1400, 1404, 0.5), at(1420, 1404, 0.5), at(1408, 1420, 0.5), 9);
     assert_int_equal(kept.count, 1);
-    assert_true(kept.fragments[0].x == 5 && kept.fragments[0].y == 5 && kept.fragments[0].primitive == 9 && kept.fragments[0].depth == 0.5);
+    assert_true(kept.fragments[0].x == 5 && kept.fragments[0].y == 5 && kept.fragments[0].primitive == 9 &&
+                kept.fragments[0].depth == 0.5);
     kept_stop(&kept);
     // A sliver across the image, one 1/256 pixel thick at its end.
     kept_start(&kept, 32, 32, 16);
-    const screen_vertex sliver[3] = { at(-100000, 4000, 0.1), at(100000, 4200, 0.9), at(100000, 4201, 0.2) };
+    const screen_vertex sliver[3] = {at(-100000, 4000, 0.1), at(100000, 4200, 0.9), at(100000, 4201, 0.2)};
     draw(&kept, sliver[0], sliver[1], sliver[2], 0);
     check_exactly(&kept, sliver);
     kept_stop(&kept);
@@ -203,7 +211,7 @@ static void duplicates_have_the_same_depth_bits(void **state)
 {
     (void)state;
     uint64_t random = 5;
-    static const int orders[6][3] = { { 0, 1, 2 }, { 1, 2, 0 }, { 2, 0, 1 }, { 0, 2, 1 }, { 2, 1, 0 }, { 1, 0, 2 } };
+    static const int orders[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
     for (int round = 0; round < 20; round++) {
         screen_vertex v[3];
         for (int i = 0; i < 3; i++)
@@ -228,8 +236,8 @@ static void colors_are_perspective_correct(void **state)
 {
     (void)state;
     kept kept;
-    screen_vertex v[3] = { at(0, 0, 0.2), at(32 * 256, 0, 0.7), at(0, 32 * 256, 0.4) };
-    const double w[3] = { 1, 4, 10 };
+    screen_vertex v[3] = {at(0, 0, 0.2), at(32 * 256, 0, 0.7), at(0, 32 * 256, 0.4)};
+    const double w[3] = {1, 4, 10};
     for (int i = 0; i < 3; i++) {
         v[i].inverse_w = 1 / w[i];
         for (int c = 0; c < 3; c++)
@@ -241,10 +249,12 @@ static void colors_are_perspective_correct(void **state)
     assert_true(kept.count > 1500);
     for (size_t i = 0; i < kept.count; i++) {
         const kept_fragment *f = &kept.fragments[i];
-        double b1 = (double)sample_x(&kept, f->x, f->sample) / 8192, b2 = (double)sample_y(&kept, f->y, f->sample) / 8192, b0 = 1 - b1 - b2;
+        double b1 = (double)sample_x(&kept, f->x, f->sample) / 8192,
+               b2 = (double)sample_y(&kept, f->y, f->sample) / 8192, b0 = 1 - b1 - b2;
         double sum = b0 / w[0] + b1 / w[1] + b2 / w[2];
-        assert_true(fabs((double)f->rgba[0] - b0 / w[0] / sum) < 1e-7 && fabs((double)f->rgba[1] - b1 / w[1] / sum) < 1e-7);
-        assert_true(f->rgba[3] == 0.3f);   // the same at all corners: the same to the last bit
+        assert_true(fabs((double)f->rgba[0] - b0 / w[0] / sum) < 1e-7 &&
+                    fabs((double)f->rgba[1] - b1 / w[1] / sum) < 1e-7);
+        assert_true(f->rgba[3] == 0.3f);  // the same at all corners: the same to the last bit
     }
     kept_stop(&kept);
 }
@@ -256,7 +266,7 @@ static void reversed_device_depth_comes_out_as_distance(void **state)
     kept_start(&kept, 8, 8, 1);
     rasterizer_destroy(kept.rasterizer);
     kept.info.reversed_depth = true;
-    kept.rasterizer = rasterizer_create(&kept.info, (fragment_sink){ keep, &kept });
+    kept.rasterizer = rasterizer_create(&kept.info, (fragment_sink){keep, &kept});
     draw(&kept, at(0, 0, 0.25), at(0, 9000, 0.25), at(9000, 0, 0.25), 0);
     assert_int_equal(kept.count, 64);
     assert_true(kept.fragments[10].depth == 0.75);
@@ -266,10 +276,14 @@ static void reversed_device_depth_comes_out_as_distance(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(samples_on_top_and_left_edges_are_inside), cmocka_unit_test(a_square_of_two_triangles_is_covered_once),
-        cmocka_unit_test(fans_cover_every_sample_once), cmocka_unit_test(random_triangles_match_exact_arithmetic),
-        cmocka_unit_test(slivers_and_points), cmocka_unit_test(duplicates_have_the_same_depth_bits),
-        cmocka_unit_test(colors_are_perspective_correct), cmocka_unit_test(reversed_device_depth_comes_out_as_distance),
+        cmocka_unit_test(samples_on_top_and_left_edges_are_inside),
+        cmocka_unit_test(a_square_of_two_triangles_is_covered_once),
+        cmocka_unit_test(fans_cover_every_sample_once),
+        cmocka_unit_test(random_triangles_match_exact_arithmetic),
+        cmocka_unit_test(slivers_and_points),
+        cmocka_unit_test(duplicates_have_the_same_depth_bits),
+        cmocka_unit_test(colors_are_perspective_correct),
+        cmocka_unit_test(reversed_device_depth_comes_out_as_distance),
     };
     return cmocka_run_group_tests_name("raster", tests, NULL, NULL);
 }

@@ -28,10 +28,11 @@ static void run_record(recorded *r, const record_options *options)
     kept_start(&r->kept, options->width, options->height, options->samples);
     rasterizer_destroy(r->kept.rasterizer);
     record_trace_info(options, &r->kept.info);
-    r->kept.rasterizer = rasterizer_create(&r->kept.info, (fragment_sink){ keep, &r->kept });
+    r->kept.rasterizer = rasterizer_create(&r->kept.info, (fragment_sink){keep, &r->kept});
     uint32_t primitive = 0;
     for (uint32_t i = 0; i < r->models.count; i++) {
-        assert_int_equal(record_model(&r->models.models[i], &r->view, options, primitive, r->kept.rasterizer, NULL), STATUS_OK);
+        assert_int_equal(record_model(&r->models.models[i], &r->view, options, primitive, r->kept.rasterizer, NULL),
+                         STATUS_OK);
         primitive += r->models.models[i].mesh->triangle_count;
     }
 }
@@ -60,7 +61,7 @@ static record_options small(void)
 // A list of one draw with one triangle.
 static void one_triangle(recorded *r, const float corners[3][3])
 {
-    r->models = (model_list){ 0 };
+    r->models = (model_list){0};
     mesh *mesh = mesh_allocate(3, 1);
     assert_non_null(mesh);
     memcpy(mesh->positions, corners, sizeof(float[3][3]));
@@ -76,7 +77,7 @@ static void sheets_fill_every_pixel_at_their_depths(void **state)
         recorded r;
         record_options options = small();
         options.samples = (uint32_t)samples;
-        options.width = 96;   // not square
+        options.width = 96;  // not square
         start_record(&r, "scene:sheets,count=5", &options);
         assert_int_equal(r.kept.count, 96u * 64 * 5 * (uint32_t)samples);
         double depth = 0;
@@ -88,7 +89,7 @@ static void sheets_fill_every_pixel_at_their_depths(void **state)
                 assert_true(f->depth > depth);
                 depth = f->depth;
             }
-            assert_true(f->depth == depth);   // one layer has one depth, to the last bit
+            assert_true(f->depth == depth);  // one layer has one depth, to the last bit
         }
         stop_record(&r);
     }
@@ -112,10 +113,10 @@ static void expect_layers(const char *scene, const uint32_t *layers, uint32_t co
 static void sheets_come_in_the_order_asked_for(void **state)
 {
     (void)state;
-    expect_layers("scene:sheets,count=5,order=sorted", (const uint32_t[]){ 0, 1, 2, 3, 4 }, 5);
-    expect_layers("scene:sheets,count=5,order=reversed", (const uint32_t[]){ 4, 3, 2, 1, 0 }, 5);
-    expect_layers("scene:sheets,count=5,order=block:2", (const uint32_t[]){ 4, 2, 3, 0, 1 }, 5);
-    expect_layers("scene:sheets,count=6,order=shuffled,seed=3", (const uint32_t[]){ 5, 0, 2, 4, 1, 3 }, 6);
+    expect_layers("scene:sheets,count=5,order=sorted", (const uint32_t[]){0, 1, 2, 3, 4}, 5);
+    expect_layers("scene:sheets,count=5,order=reversed", (const uint32_t[]){4, 3, 2, 1, 0}, 5);
+    expect_layers("scene:sheets,count=5,order=block:2", (const uint32_t[]){4, 2, 3, 0, 1}, 5);
+    expect_layers("scene:sheets,count=6,order=shuffled,seed=3", (const uint32_t[]){5, 0, 2, 4, 1, 3}, 6);
 }
 
 static void slices_are_sorted_and_the_cone_crosses_them(void **state)
@@ -169,17 +170,17 @@ static void near_and_far_cut_exactly(void **state)
         options.camera.ortho_height = 4;
         options.camera.reverse_z = mode & 2;
         // A floor that runs from behind the eye to far beyond the far plane, much wider than the view.
-        one_triangle(&r, (const float[3][3]){ { -1000, -0.3f, 1000 }, { 1000, -0.3f, 1000 }, { 0, -0.3f, -3000 } });
+        one_triangle(&r, (const float[3][3]){{-1000, -0.3f, 1000}, {1000, -0.3f, 1000}, {0, -0.3f, -3000}});
         if (options.camera.ortho) {
             // Seen edge-on from the front, so tilt it: z from 10 to -10 over the view's height.
             model_list_clear(&r.models);
-            one_triangle(&r, (const float[3][3]){ { -1000, -20, 20 }, { 1000, -20, 20 }, { 0, 2000, -2000 } });
+            one_triangle(&r, (const float[3][3]){{-1000, -20, 20}, {1000, -20, 20}, {0, 2000, -2000}});
         }
         messages_start(&r.said);
         assert_int_equal(view_fit(&options.camera, &r.models, 64, 64, &r.said.report, &r.view), STATUS_OK);
         run_record(&r, &options);
         assert_true(r.kept.count > 64);
-        int rows[64] = { 0 };
+        int rows[64] = {0};
         for (size_t i = 0; i < r.kept.count; i++) {
             const kept_fragment *f = &r.kept.fragments[i];
             rows[f->y]++;
@@ -203,8 +204,9 @@ static void huge_triangles_are_not_clipped_away(void **state)
     (void)state;
     recorded r;
     record_options options = small();
-    options.camera = (camera){ .ortho = true, .ortho_height = 2, .eye = { 0, 0, 5 }, .eye_set = true, .target_set = true, .near = 1, .far = 10 };
-    one_triangle(&r, (const float[3][3]){ { -2e6f, -2e6f, 0 }, { 2e6f, -2e6f, 0 }, { 0, 4e6f, 0 } });
+    options.camera = (camera){
+        .ortho = true, .ortho_height = 2, .eye = {0, 0, 5}, .eye_set = true, .target_set = true, .near = 1, .far = 10};
+    one_triangle(&r, (const float[3][3]){{-2e6f, -2e6f, 0}, {2e6f, -2e6f, 0}, {0, 4e6f, 0}});
     messages_start(&r.said);
     assert_int_equal(view_fit(&options.camera, &r.models, 64, 64, &r.said.report, &r.view), STATUS_OK);
     run_record(&r, &options);
@@ -213,7 +215,7 @@ static void huge_triangles_are_not_clipped_away(void **state)
         assert_true(fabs(r.kept.fragments[i].depth - 4.0 / 9) < 1e-15);
     stop_record(&r);
     // Beyond the guard band as well: 1e12 views.
-    one_triangle(&r, (const float[3][3]){ { -2e12f, -2e12f, 0 }, { 2e12f, -2e12f, 0 }, { 0, 4e12f, 0 } });
+    one_triangle(&r, (const float[3][3]){{-2e12f, -2e12f, 0}, {2e12f, -2e12f, 0}, {0, 4e12f, 0}});
     assert_int_equal(view_fit(&options.camera, &r.models, 64, 64, &r.said.report, &r.view), STATUS_OK);
     run_record(&r, &options);
     assert_int_equal(r.kept.count, 64 * 64);
@@ -223,7 +225,9 @@ static void huge_triangles_are_not_clipped_away(void **state)
 static double centroid(const recorded *r, uint32_t triangle)
 {
     const mesh *mesh = r->models.models[0].mesh;
-    return (double)(mesh->positions[mesh->triangles[triangle][0]][2] + mesh->positions[mesh->triangles[triangle][1]][2] + mesh->positions[mesh->triangles[triangle][2]][2]);
+    return (double)(mesh->positions[mesh->triangles[triangle][0]][2] +
+                    mesh->positions[mesh->triangles[triangle][1]][2] +
+                    mesh->positions[mesh->triangles[triangle][2]][2]);
 }
 
 static void orders_are_by_centroid_along_the_view(void **state)
@@ -234,7 +238,7 @@ static void orders_are_by_centroid_along_the_view(void **state)
     record_options options = small();
     assert_int_equal(try_record(&r, "scene:soup,count=300", &options), STATUS_OK);
     uint32_t order[COUNT], again[COUNT];
-    triangle_order kinds[] = { ORDER_NONE, ORDER_FRONT, ORDER_BACK, ORDER_BUCKET, ORDER_SHUFFLE };
+    triangle_order kinds[] = {ORDER_NONE, ORDER_FRONT, ORDER_BACK, ORDER_BUCKET, ORDER_SHUFFLE};
     double low = 1e9, high = -1e9;
     for (uint32_t i = 0; i < COUNT; i++) {
         low = fmin(low, centroid(&r, i));
@@ -242,8 +246,9 @@ static void orders_are_by_centroid_along_the_view(void **state)
     }
     for (int k = 0; k < 5; k++) {
         uint64_t parameter = kinds[k] == ORDER_BUCKET ? BUCKETS : 42;
-        assert_int_equal(triangle_order_fill(&r.models.models[0], &r.view, kinds[k], parameter, NULL, order), STATUS_OK);
-        bool seen[COUNT] = { false };
+        assert_int_equal(triangle_order_fill(&r.models.models[0], &r.view, kinds[k], parameter, NULL, order),
+                         STATUS_OK);
+        bool seen[COUNT] = {false};
         uint32_t in_place = 0;
         for (uint32_t i = 0; i < COUNT; i++) {
             assert_false(seen[order[i]]);
@@ -251,12 +256,13 @@ static void orders_are_by_centroid_along_the_view(void **state)
             in_place += order[i] == i;
             if (!i)
                 continue;
-            double before = centroid(&r, order[i - 1]), after = centroid(&r, order[i]);   // larger z is nearer
+            double before = centroid(&r, order[i - 1]), after = centroid(&r, order[i]);  // larger z is nearer
             if (kinds[k] == ORDER_FRONT)
                 assert_true(before > after - 1e-6);
             if (kinds[k] == ORDER_BACK)
                 assert_true(before < after + 1e-6);
-            int bucket_before = (int)((high - before) / (high - low) * BUCKETS * 0.99999), bucket = (int)((high - after) / (high - low) * BUCKETS * 0.99999);
+            int bucket_before = (int)((high - before) / (high - low) * BUCKETS * 0.99999),
+                bucket = (int)((high - after) / (high - low) * BUCKETS * 0.99999);
             if (kinds[k] == ORDER_BUCKET)
                 assert_true(bucket_before < bucket || (bucket_before == bucket && order[i - 1] < order[i]));
         }
@@ -264,7 +270,7 @@ static void orders_are_by_centroid_along_the_view(void **state)
         triangle_order_fill(&r.models.models[0], &r.view, kinds[k], parameter, NULL, again);
         assert_memory_equal(order, again, sizeof order);
     }
-    r.models.models[0].class = CLASS_SORTED;   // keeps its promise
+    r.models.models[0].class = CLASS_SORTED;  // keeps its promise
     triangle_order_fill(&r.models.models[0], &r.view, ORDER_SHUFFLE, 1, NULL, order);
     for (uint32_t i = 0; i < COUNT; i++)
         assert_int_equal(order[i], i);
@@ -275,11 +281,21 @@ static void bad_words_are_refused_with_what_is_accepted(void **state)
 {
     (void)state;
     static const char *const cases[][2] = {
-        { "scene:nothing", "slices_cone" }, { "scene:soup,colour=1", "count=integer 1 to 4000000" }, { "scene:soup,count=0", "1 to 4000000" },
-        { "scene:soup,count=2.5", "count" }, { "scene:soup,count", "count" }, { "scene:soup,count=", "count" }, { "scene:soup,count=3x", "count" },
-        { "scene:soup,count=3,count=4", "twice" }, { "scene:soup,size=nan", "size" }, { "scene:soup,size=1e9", "0.0001 to 8" },
-        { "scene:sheets,order=block", "block:" }, { "scene:sheets,order=block:0", "block:" }, { "scene:sheets,order=up", "sorted reversed" },
-        { "scene:soup,", "count" }, { "nothing.here", ".ply" },
+        {"scene:nothing", "slices_cone"},
+        {"scene:soup,colour=1", "count=integer 1 to 4000000"},
+        {"scene:soup,count=0", "1 to 4000000"},
+        {"scene:soup,count=2.5", "count"},
+        {"scene:soup,count", "count"},
+        {"scene:soup,count=", "count"},
+        {"scene:soup,count=3x", "count"},
+        {"scene:soup,count=3,count=4", "twice"},
+        {"scene:soup,size=nan", "size"},
+        {"scene:soup,size=1e9", "0.0001 to 8"},
+        {"scene:sheets,order=block", "block:"},
+        {"scene:sheets,order=block:0", "block:"},
+        {"scene:sheets,order=up", "sorted reversed"},
+        {"scene:soup,", "count"},
+        {"nothing.here", ".ply"},
     };
     record_options options = small();
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -312,7 +328,7 @@ static void cameras_that_see_nothing_are_refused(void **state)
     assert_int_equal(try_record(&r, "scene:knot,rings=8", &options), STATUS_USAGE);
     options = small();
     options.camera.eye_set = true;
-    options.camera.eye[1] = 20;   // straight down: up is settled all the same
+    options.camera.eye[1] = 20;  // straight down: up is settled all the same
     start_record(&r, "scene:knot", &options);
     assert_true(r.kept.count > 50);
     stop_record(&r);
@@ -326,9 +342,9 @@ static void the_default_camera_shows_everything(void **state)
         record_options options = small();
         options.camera.ortho = ortho;
         start_record(&r, "scene:knot", &options);
-        int low[2] = { 64, 64 }, high[2] = { 0, 0 };
+        int low[2] = {64, 64}, high[2] = {0, 0};
         for (size_t i = 0; i < r.kept.count; i++) {
-            int at[2] = { r.kept.fragments[i].x, r.kept.fragments[i].y };
+            int at[2] = {r.kept.fragments[i].x, r.kept.fragments[i].y};
             for (int c = 0; c < 2; c++) {
                 low[c] = at[c] < low[c] ? at[c] : low[c];
                 high[c] = at[c] > high[c] ? at[c] : high[c];
@@ -336,7 +352,7 @@ static void the_default_camera_shows_everything(void **state)
             assert_true(r.kept.fragments[i].depth > 0.005 && r.kept.fragments[i].depth < 0.995);
         }
         assert_true(low[0] > 0 && low[1] > 0 && high[0] < 63 && high[1] < 63);
-        assert_true(high[0] - low[0] > 54 || high[1] - low[1] > 54);   // and fills the view one way
+        assert_true(high[0] - low[0] > 54 || high[1] - low[1] > 54);  // and fills the view one way
         stop_record(&r);
     }
 }
@@ -365,7 +381,8 @@ static void the_knot_is_closed(void **state)
 static void recordings_repeat_to_the_bit(void **state)
 {
     (void)state;
-    static const char *const scenes[] = { "scene:soup,count=50,seed=9", "scene:knot,rings=64", "opaque:scene:sheets,order=shuffled", "scene:slices_cone,slices=4" };
+    static const char *const scenes[] = {"scene:soup,count=50,seed=9", "scene:knot,rings=64",
+                                         "opaque:scene:sheets,order=shuffled", "scene:slices_cone,slices=4"};
     for (size_t s = 0; s < sizeof scenes / sizeof *scenes; s++) {
         recorded a, b;
         record_options options = small();
@@ -376,7 +393,8 @@ static void recordings_repeat_to_the_bit(void **state)
         start_record(&b, scenes[s], &options);
         assert_int_equal(a.kept.count, b.kept.count);
         for (size_t i = 0; i < a.kept.count; i++) {
-            assert_true(a.kept.fragments[i].depth == b.kept.fragments[i].depth && a.kept.fragments[i].primitive == b.kept.fragments[i].primitive);
+            assert_true(a.kept.fragments[i].depth == b.kept.fragments[i].depth &&
+                        a.kept.fragments[i].primitive == b.kept.fragments[i].primitive);
             assert_memory_equal(a.kept.fragments[i].rgba, b.kept.fragments[i].rgba, sizeof a.kept.fragments[i].rgba);
         }
         stop_record(&a);
@@ -408,7 +426,8 @@ static void angles_are_accurate(void **state)
     for (int i = -4000; i <= 4000; i++) {
         double turns = i / 1234.5, sine, cosine;
         angle_sin_cos(turns, &sine, &cosine);
-        assert_true(fabs(sine - sin(turns * 6.283185307179586476925)) < 1e-14 && fabs(cosine - cos(turns * 6.283185307179586476925)) < 1e-14);
+        assert_true(fabs(sine - sin(turns * 6.283185307179586476925)) < 1e-14 &&
+                    fabs(cosine - cos(turns * 6.283185307179586476925)) < 1e-14);
         assert_true(fabs(sine * sine + cosine * cosine - 1) < 1e-15);
     }
 }
@@ -425,7 +444,7 @@ static void a_trace_is_written(void **state)
     messages_start(&said);
     record_options options = small();
     options.camera.reverse_z = true;
-    const char *scenes[] = { "scene:slices_cone,slices=3", "opaque:scene:soup,count=10" };
+    const char *scenes[] = {"scene:slices_cone,slices=3", "opaque:scene:soup,count=10"};
     assert_int_equal(record_scenes(scenes, 2, &options, path, &said.report), STATUS_OK);
     assert_int_equal(trace_check(path, &said.report), STATUS_OK);
     trace *trace;
@@ -441,16 +460,49 @@ static void a_trace_is_written(void **state)
     unlink(path);
 }
 
+// docs/record.md shows what `ropsim record --scenes` prints.
+static void the_page_lists_the_scenes(void **state)
+{
+    (void)state;
+    static char page[1 << 16];
+    FILE *file = fopen(ROPSIM_SOURCE "/docs/record.md", "r");
+    assert_non_null(file);
+    page[fread(page, 1, sizeof page - 1, file)] = 0;
+    fclose(file);
+    FILE *printed = tmpfile();
+    char line[512], indented[520];
+    assert_non_null(printed);
+    record_print_scenes(printed);
+    rewind(printed);
+    int lines = 0;
+    while (fgets(line, sizeof line, printed)) {
+        snprintf(indented, sizeof indented, "    %s", line);
+        if (!strstr(page, indented))
+            fail_msg("docs/record.md lacks: %s", line);
+        lines++;
+    }
+    fclose(printed);
+    assert_true(lines > 15);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sheets_fill_every_pixel_at_their_depths), cmocka_unit_test(sheets_come_in_the_order_asked_for),
-        cmocka_unit_test(slices_are_sorted_and_the_cone_crosses_them), cmocka_unit_test(near_and_far_cut_exactly),
-        cmocka_unit_test(huge_triangles_are_not_clipped_away), cmocka_unit_test(orders_are_by_centroid_along_the_view),
-        cmocka_unit_test(bad_words_are_refused_with_what_is_accepted), cmocka_unit_test(cameras_that_see_nothing_are_refused),
-        cmocka_unit_test(the_default_camera_shows_everything), cmocka_unit_test(the_knot_is_closed),
-        cmocka_unit_test(recordings_repeat_to_the_bit), cmocka_unit_test(reverse_z_keeps_distances_from_the_far_plane),
-        cmocka_unit_test(angles_are_accurate), cmocka_unit_test(a_trace_is_written),
+        cmocka_unit_test(sheets_fill_every_pixel_at_their_depths),
+        cmocka_unit_test(sheets_come_in_the_order_asked_for),
+        cmocka_unit_test(slices_are_sorted_and_the_cone_crosses_them),
+        cmocka_unit_test(near_and_far_cut_exactly),
+        cmocka_unit_test(huge_triangles_are_not_clipped_away),
+        cmocka_unit_test(orders_are_by_centroid_along_the_view),
+        cmocka_unit_test(bad_words_are_refused_with_what_is_accepted),
+        cmocka_unit_test(cameras_that_see_nothing_are_refused),
+        cmocka_unit_test(the_default_camera_shows_everything),
+        cmocka_unit_test(the_knot_is_closed),
+        cmocka_unit_test(recordings_repeat_to_the_bit),
+        cmocka_unit_test(reverse_z_keeps_distances_from_the_far_plane),
+        cmocka_unit_test(angles_are_accurate),
+        cmocka_unit_test(a_trace_is_written),
+        cmocka_unit_test(the_page_lists_the_scenes),
     };
     return cmocka_run_group_tests_name("record", tests, NULL, NULL);
 }
