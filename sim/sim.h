@@ -122,7 +122,7 @@ status image_check_ending(const char *path, const report *report);
 // Reads it back: .exr and .pfm as they are, .png from 8-bit sRGB to linear. Free *rgb with free().
 status image_read_rgb(const char *path, const report *report, uint32_t *width, uint32_t *height, float **rgb);
 
-// Deep EXR images (docs/trace.md says what a conversion keeps; what it loses is said as a warning). Both hold the image in memory.
+// Deep EXR images: docs/trace.md says what a conversion keeps; what it loses is said as a warning. In memory as a whole.
 status deep_export(trace *trace, const char *path, const report *report);  // the trace stands at its start
 status deep_import(const char *from, const char *path, const report *report);  // writes a trace at `path`
 

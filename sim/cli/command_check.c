@@ -30,7 +30,8 @@ int command_check(int argc, char **argv)
     if (result == STATUS_OK) {
         const trace_info *info = trace_get_info(trace);
         if (summary.depth_outside > 0)
-            report_warning(&command_report, "%s: %" PRIu64 " fragments have a depth outside 0 to 1; the ROP clamps them", path,
+            report_warning(&command_report,
+                           "%s: %" PRIu64 " fragments have a depth outside 0 to 1; the ROP clamps them", path,
                            summary.depth_outside);
         printf("%s: holds, %u x %u pixels, %u draws, %" PRIu64 " fragments, hash %s\n", path, info->width, info->height,
                info->draw_count, info->fragment_count, info->hash);

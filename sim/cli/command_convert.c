@@ -33,7 +33,8 @@ static status copy_draw(trace *trace, trace_writer *writer, uint32_t draw, fragm
         if (result == STATUS_OK)
             result = trace_next(trace, run);
     }
-    return result == STATUS_OK ? trace_end_draw(writer, info->draws[draw].triangles, info->draws[draw].vertices) : result;
+    return result == STATUS_OK ? trace_end_draw(writer, info->draws[draw].triangles, info->draws[draw].vertices)
+                               : result;
 }
 
 static status convert_to_trace(trace *trace, const char *path)
@@ -69,9 +70,9 @@ static status convert_to_csv(trace *trace, const char *path)
     while ((result = trace_next(trace, &run)) == STATUS_OK && run.count > 0) {
         const trace_draw *draw = &info->draws[run.draw];
         for (uint32_t i = 0; i < run.count; i++)
-            fprintf(file, "%u,%s,%u,%u,%u,%.17g,%.9g,%.9g,%.9g,%.9g,%u\n", run.draw, draw_class_names[draw->class], run.x[i], run.y[i],
-                    run.sample[i], run.depth[i], (double)run.rgba[0][i], (double)run.rgba[1][i], (double)run.rgba[2][i],
-                    (double)run.rgba[3][i], run.primitive[i]);
+            fprintf(file, "%u,%s,%u,%u,%u,%.17g,%.9g,%.9g,%.9g,%.9g,%u\n", run.draw, draw_class_names[draw->class],
+                    run.x[i], run.y[i], run.sample[i], run.depth[i], (double)run.rgba[0][i], (double)run.rgba[1][i],
+                    (double)run.rgba[2][i], (double)run.rgba[3][i], run.primitive[i]);
     }
     if (result != STATUS_OK) {
         aside_discard(aside);

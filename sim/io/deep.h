@@ -11,7 +11,8 @@ enum { DEEP_COUNT_MAX = 1 << 28 };
 
 // Channels R, G, B, A, Z as floats, and id and sample as 32-bit integers where given. Written aside and renamed.
 status deep_write(const char *path, const deep_image *image, const report *report);
-// Finds the same channels by name; Z must be there. More than DEEP_COUNT_MAX samples are refused. Free with deep_destroy.
+// Finds the same channels by name; Z must be there. More than DEEP_COUNT_MAX samples are refused. Free with
+// deep_destroy.
 status deep_read(const char *path, const report *report, deep_image *image);
 void deep_destroy(deep_image *image);  // frees the arrays
 

@@ -1,7 +1,7 @@
 // A trace to a deep image: one list a pixel, in raster order, no draws. What does not fit is said.
 //
-// Colour is premultiplied, depth becomes a float, the primitive goes to channel `id`, the sample index, if there are several, to
-// channel `sample`.
+// Colour is premultiplied, depth becomes a float, the primitive goes to channel `id`, the sample index, if there are
+// several, to channel `sample`.
 #include "deep.h"
 
 #include <inttypes.h>
@@ -69,8 +69,9 @@ status deep_export(trace *trace, const char *path, const report *report)
     size_t pixels = (size_t)info->width * info->height;
     deep_image image = {.width = info->width, .height = info->height};
     if (info->fragment_count > DEEP_COUNT_MAX)
-        return report_error(report, STATUS_REFUSED, "%s: %" PRIu64 " fragments; a deep image is made in memory, of at most %d",
-                            path, info->fragment_count, DEEP_COUNT_MAX);
+        return report_error(report, STATUS_REFUSED,
+                            "%s: %" PRIu64 " fragments; a deep image is made in memory, of at most %d", path,
+                            info->fragment_count, DEEP_COUNT_MAX);
     uint64_t *next = malloc(pixels * sizeof *next);
     image.pixel_counts = calloc(pixels, sizeof *image.pixel_counts);
     status result = STATUS_OK;

@@ -21,8 +21,8 @@ static depth_map map_depths(const deep_image *image, const char *path, const rep
         return (depth_map){1, 0};
     depth_map map = {most > least ? 0.875 / (most - least) : 0, 0.0625};
     map.offset = 0.0625 - least * map.scale;
-    report_warning(report, "%s: depths from %g to %g are mapped to 0.0625 to 0.9375 (times %.9g plus %.9g)", path, least, most,
-                   map.scale, map.offset);
+    report_warning(report, "%s: depths from %g to %g are mapped to 0.0625 to 0.9375 (times %.9g plus %.9g)", path,
+                   least, most, map.scale, map.offset);
     return map;
 }
 
@@ -56,8 +56,13 @@ static status append_pixels(const deep_image *image, const char *path, trace_wri
                 dropped++;
                 continue;
             }
-            fragments one = {.count = 1, .x = &x, .y = &y, .sample = &sample, .depth = &depth,
-                             .rgba = {&rgba[0], &rgba[1], &rgba[2], &rgba[3]}, .primitive = &primitive};
+            fragments one = {.count = 1,
+                             .x = &x,
+                             .y = &y,
+                             .sample = &sample,
+                             .depth = &depth,
+                             .rgba = {&rgba[0], &rgba[1], &rgba[2], &rgba[3]},
+                             .primitive = &primitive};
             result = trace_append(writer, &one);
         }
     if (dropped > 0)
@@ -80,7 +85,8 @@ static uint32_t sample_count(const deep_image *image)
 
 static status write_trace(const deep_image *image, const char *from, const char *path, const report *report)
 {
-    trace_info info = {.width = image->width, .height = image->height, .samples = sample_count(image), .depth_bits = 64};
+    trace_info info = {
+        .width = image->width, .height = image->height, .samples = sample_count(image), .depth_bits = 64};
     if (info.samples == 0)
         return report_error(report, STATUS_REFUSED, "%s: channel `sample` goes beyond %d", from, TRACE_SAMPLES_MAX - 1);
     trace_standard_positions(&info);

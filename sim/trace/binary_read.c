@@ -1,5 +1,5 @@
-// The binary form, read chunk by chunk. Opening checks header, index and trailer, and that the index gives the hash of the
-// whole; each chunk is checked as it is read: first its bytes, then what they hold. Memory: the index as it stands
+// The binary form, read chunk by chunk. Opening checks header, index and trailer, and that the index gives the hash of
+// the whole; each chunk is checked as it is read: first its bytes, then what they hold. Memory: the index as it stands
 // in the file, never more than the file's own size, and 8 MB for one chunk.
 #include "columns.h"
 #include "form.h"
@@ -19,10 +19,10 @@ typedef struct binary_reader {
     const report *report;
     int descriptor;
     const trace_info *info;
-    uint8_t *tables;           // draw records, then chunk records
+    uint8_t *tables;  // draw records, then chunk records
     const uint8_t *chunks;
     uint64_t chunk_count, next;
-    bounds asked, region;      // as selected, and in force since the last rewind
+    bounds asked, region;  // as selected, and in force since the last rewind
     columns *columns;
     block *block;
     content *content;
@@ -55,8 +55,9 @@ static status read_exact(const binary_reader *reader, void *bytes, size_t size, 
             return report_error(reader->report, STATUS_IO, "%s: byte %" PRIu64 ": cannot be read: %s", reader->path,
                                 offset + done, strerror(errno));
         if (got == 0)
-            return report_error(reader->report, STATUS_REFUSED, "%s: byte %" PRIu64 ": the file ends here, %zu bytes early",
-                                reader->path, offset + done, size - done);
+            return report_error(reader->report, STATUS_REFUSED,
+                                "%s: byte %" PRIu64 ": the file ends here, %zu bytes early", reader->path,
+                                offset + done, size - done);
         done += (size_t)got;
     }
     return STATUS_OK;
@@ -79,7 +80,8 @@ static status read_tables(binary_reader *reader, uint64_t file_bytes, trailer_re
     if (!trailer_decode(bytes, trailer, why))
         return refuse(reader, place, why);
     // The bounds on the counts come first, so that the sizes below cannot wrap.
-    if (trailer->table_offset < HEADER_BYTES || trailer->table_offset > place || trailer->chunk_count > file_bytes / CHUNK_BYTES)
+    if (trailer->table_offset < HEADER_BYTES || trailer->table_offset > place ||
+        trailer->chunk_count > file_bytes / CHUNK_BYTES)
         return refuse(reader, place, "the trailer's table offset or chunk count lies outside the file");
     uint64_t draws_bytes = (uint64_t)trailer->draw_count * DRAW_BYTES;
     uint64_t tables_bytes = draws_bytes + trailer->chunk_count * CHUNK_BYTES;
@@ -87,7 +89,8 @@ static status read_tables(binary_reader *reader, uint64_t file_bytes, trailer_re
         return refuse(reader, place, "the trailer's counts of draws and chunks do not fit the file's size");
     reader->tables = malloc(tables_bytes ? (size_t)tables_bytes : 1);
     if (!reader->tables)
-        return report_error(reader->report, STATUS_IO, "%s: no memory for an index of %" PRIu64 " bytes", reader->path, tables_bytes);
+        return report_error(reader->report, STATUS_IO, "%s: no memory for an index of %" PRIu64 " bytes", reader->path,
+                            tables_bytes);
     result = read_exact(reader, reader->tables, (size_t)tables_bytes, trailer->table_offset);
     if (result != STATUS_OK)
         return result;
@@ -100,7 +103,8 @@ static status read_tables(binary_reader *reader, uint64_t file_bytes, trailer_re
     uint64_t checksum = XXH3_64bits_digest(state);
     XXH3_freeState(state);
     if (checksum != trailer->checksum)
-        return refuse(reader, trailer->table_offset, "the checksum of the draws, the index and the trailer does not fit");
+        return refuse(reader, trailer->table_offset,
+                      "the checksum of the draws, the index and the trailer does not fit");
     reader->chunks = reader->tables + draws_bytes;
     reader->chunk_count = trailer->chunk_count;
     return STATUS_OK;
@@ -159,8 +163,9 @@ static status check_index(binary_reader *reader, const trailer_record *trailer)
             chunk_decode(bytes, &chunk);
             const char *flaw = chunk_flaw(reader, bytes, &chunk, d, left, end);
             if (flaw)
-                return report_error(reader->report, STATUS_REFUSED, "%s: byte %" PRIu64 ": index of chunk %" PRIu64 ": %s",
-                                    reader->path, trailer->table_offset + (uint64_t)(bytes - reader->tables), c, flaw);
+                return report_error(reader->report, STATUS_REFUSED,
+                                    "%s: byte %" PRIu64 ": index of chunk %" PRIu64 ": %s", reader->path,
+                                    trailer->table_offset + (uint64_t)(bytes - reader->tables), c, flaw);
             end += chunk.stored_bytes;
             left -= chunk.count;
             content_add_digest(reader->content, chunk.digest);
@@ -191,7 +196,8 @@ static status read_chunk(binary_reader *reader, uint64_t index, const chunk_reco
         flaw = "its bytes do not fit its checksum";
     else if (ZSTD_findFrameCompressedSize(reader->frame, chunk->stored_bytes) != chunk->stored_bytes ||
              ZSTD_getFrameContentSize(reader->frame, chunk->stored_bytes) != planes_bytes ||
-             ZSTD_decompressDCtx(reader->zstd, reader->planes, planes_bytes, reader->frame, chunk->stored_bytes) != planes_bytes)
+             ZSTD_decompressDCtx(reader->zstd, reader->planes, planes_bytes, reader->frame, chunk->stored_bytes) !=
+                 planes_bytes)
         flaw = "is not one zstd frame of its fragments' size";
     if (!flaw) {
         block->count = chunk->count;
@@ -204,8 +210,8 @@ static status read_chunk(binary_reader *reader, uint64_t index, const chunk_reco
         else if (content_digest(reader->content, block, digest), memcmp(digest, chunk->digest, DIGEST_BYTES) != 0)
             flaw = "its fragments do not fit its digest";
     }
-    return flaw ? report_error(reader->report, STATUS_REFUSED, "%s: byte %" PRIu64 ": chunk %" PRIu64 ": %s", reader->path,
-                               chunk->offset, index, flaw)
+    return flaw ? report_error(reader->report, STATUS_REFUSED, "%s: byte %" PRIu64 ": chunk %" PRIu64 ": %s",
+                               reader->path, chunk->offset, index, flaw)
                 : STATUS_OK;
 }
 

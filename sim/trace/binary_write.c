@@ -69,9 +69,12 @@ static bool binary_block(void *self, const block *block, const uint8_t digest[DI
                                       columns_bytes(block->count, writer->info.depth_bits), ZSTD_LEVEL);
     if (ZSTD_isError(stored) || fwrite(writer->frame, 1, stored, writer->file) != stored)
         return false;
-    chunk_record record = {
-        .offset = writer->offset, .stored_bytes = (uint32_t)stored, .draw = writer->draw_count, .count = block->count,
-        .bounds = block_bounds(block), .checksum = XXH3_64bits(writer->frame, stored)};
+    chunk_record record = {.offset = writer->offset,
+                           .stored_bytes = (uint32_t)stored,
+                           .draw = writer->draw_count,
+                           .count = block->count,
+                           .bounds = block_bounds(block),
+                           .checksum = XXH3_64bits(writer->frame, stored)};
     memcpy(record.digest, digest, DIGEST_BYTES);
     chunk_encode(&record, writer->chunks[writer->chunk_count++]);
     writer->offset += stored;
@@ -89,15 +92,18 @@ static bool binary_end_draw(void *self, const trace_draw *draw)
 static bool binary_finish(void *self, const uint8_t hash[DIGEST_BYTES])
 {
     binary_writer *writer = self;
-    trailer_record trailer = {.table_offset = writer->offset, .draw_count = writer->draw_count,
-                              .chunk_count = writer->chunk_count, .fragment_count = writer->fragment_count};
+    trailer_record trailer = {.table_offset = writer->offset,
+                              .draw_count = writer->draw_count,
+                              .chunk_count = writer->chunk_count,
+                              .fragment_count = writer->fragment_count};
     memcpy(trailer.hash, hash, DIGEST_BYTES);
     uint8_t bytes[TRAILER_BYTES];
     trailer_encode(&trailer, bytes);
     XXH3_state_t *state = XXH3_createState();
     if (!state)
         return false;
-    size_t draws_bytes = (size_t)writer->draw_count * DRAW_BYTES, chunks_bytes = (size_t)writer->chunk_count * CHUNK_BYTES;
+    size_t draws_bytes = (size_t)writer->draw_count * DRAW_BYTES,
+           chunks_bytes = (size_t)writer->chunk_count * CHUNK_BYTES;
     XXH3_64bits_reset(state);
     XXH3_64bits_update(state, writer->draws, draws_bytes);
     XXH3_64bits_update(state, writer->chunks, chunks_bytes);

@@ -1,9 +1,10 @@
-// Each column becomes differences from a guess, each difference is folded so that small ones have zero high bytes, and the bytes
-// are stored plane by plane: first the low byte of every fragment, then the next.
+// Each column becomes differences from a guess, each difference is folded so that small ones have zero high bytes, and
+// the bytes are stored plane by plane: first the low byte of every fragment, then the next.
 //
-// x, y, sample and primitive are guessed to be the previous fragment's. Depth and colour are mostly affine on a triangle,
-// so their bit patterns, taken as integers, are extrapolated: from the fragment before in the row, or the row's first when
-// a row starts, along the last differences seen in x and in y. Integers wrap, so a bad guess costs bytes, never bits.
+// x, y, sample and primitive are guessed to be the previous fragment's. Depth and colour are mostly affine on a
+// triangle, so their bit patterns, taken as integers, are extrapolated: from the fragment before in the row, or the
+// row's first when a row starts, along the last differences seen in x and in y. Integers wrap, so a bad guess costs
+// bytes, never bits.
 #include "columns.h"
 
 #include <stdlib.h>
@@ -15,7 +16,7 @@ enum { LEARN_X = 1, LEARN_Y = 2 };
 
 // What a fragment's values are guessed from; the same for depth and the four colours.
 struct columns {
-    uint32_t from[BLOCK_MAX];        // index of an earlier fragment
+    uint32_t from[BLOCK_MAX];              // index of an earlier fragment
     int16_t dx[BLOCK_MAX], dy[BLOCK_MAX];  // pixels from there
     uint8_t learn[BLOCK_MAX];
     uint32_t depth_floats[BLOCK_MAX];
@@ -153,12 +154,14 @@ INLINE uint8_t *encode_values(const columns *guide, const void *values, uint32_t
     return planes + (size_t)count * (size_t)bytes;
 }
 
-// The differences of a column, in the place where its values go. In the column's own width, so that the compiler finds vectors.
+// The differences of a column, in the place where its values go. In the column's own width, so that the compiler finds
+// vectors.
 static const uint8_t *unpack_differences_4(const uint8_t *restrict planes, uint32_t count, void *restrict values)
 {
     const uint8_t *restrict high = planes + 2 * (size_t)count;
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t folded = planes[i] | (uint32_t)planes[count + i] << 8 | (uint32_t)high[i] << 16 | (uint32_t)high[count + i] << 24;
+        uint32_t folded =
+            planes[i] | (uint32_t)planes[count + i] << 8 | (uint32_t)high[i] << 16 | (uint32_t)high[count + i] << 24;
         folded = (folded >> 1) ^ (0 - (folded & 1));
         memcpy((uint8_t *)values + 4 * (size_t)i, &folded, 4);
     }
@@ -180,8 +183,9 @@ INLINE void decode_value(const columns *guide, uint32_t i, int bytes, void *valu
     learn(guide, i, value - base, slopes);
 }
 
-// Depth and colour side by side: each value waits for the one before it in its column, so five columns take little longer than
-// one. (The planes were merged before: in one loop, streams that lie powers of two apart would fight for the same cache sets.)
+// Depth and colour side by side: each value waits for the one before it in its column, so five columns take little
+// longer than one. (The planes were merged before: in one loop, streams that lie powers of two apart would fight for
+// the same cache sets.)
 INLINE void decode_values(const columns *guide, int depth_bytes, void *depth, block *block)
 {
     slopes slopes[5] = {{0, 0}};  // the first fragment is guessed to be 0: its difference is its value

@@ -1,5 +1,5 @@
-// Lines end with LF or CR LF; words are parted by blanks and tabs; `#` starts a comment. Other control bytes are refused, also in
-// comments, and lines above 4096 bytes: a trace has none, and memory stays bounded.
+// Lines end with LF or CR LF; words are parted by blanks and tabs; `#` starts a comment. Other control bytes are
+// refused, also in comments, and lines above 4096 bytes: a trace has none, and memory stays bounded.
 #include "lines.h"
 
 #include <errno.h>
@@ -25,7 +25,8 @@ status lines_refuse(const lines *lines, int column, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    return report_error(lines->report, STATUS_REFUSED, "%s:%" PRIu64 ":%d: %s", lines->path, lines->line, column, message);
+    return report_error(lines->report, STATUS_REFUSED, "%s:%" PRIu64 ":%d: %s", lines->path, lines->line, column,
+                        message);
 }
 
 int lines_end_column(const lines *lines)

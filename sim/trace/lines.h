@@ -15,10 +15,10 @@ typedef struct lines {
     const char *path;
     const report *report;
     int descriptor;
-    uint64_t offset;            // of the next byte to read into `buffer`
-    size_t begin, end;          // what of `buffer` is still to come
-    uint64_t line;              // number of the current line, from 1
-    word words[WORDS_MAX];      // of the current line, its comment left out
+    uint64_t offset;        // of the next byte to read into `buffer`
+    size_t begin, end;      // what of `buffer` is still to come
+    uint64_t line;          // number of the current line, from 1
+    word words[WORDS_MAX];  // of the current line, its comment left out
     int word_count;
     char text[LINE_MAX_BYTES + 1], buffer[LINES_BUFFER];
 } lines;

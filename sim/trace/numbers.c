@@ -41,7 +41,8 @@ static bool is_finite_number(const char *text)
 
 static bool is_nonfinite_number(const char *text)
 {
-    return strcmp(text, "inf") == 0 || strcmp(text, "+inf") == 0 || strcmp(text, "-inf") == 0 || strcmp(text, "nan") == 0;
+    return strcmp(text, "inf") == 0 || strcmp(text, "+inf") == 0 || strcmp(text, "-inf") == 0 ||
+           strcmp(text, "nan") == 0;
 }
 
 number_result number_read_double(locale_t c_locale, const char *text, double *value)
@@ -69,7 +70,8 @@ number_result number_read_uint(const char *text, uint64_t max, uint64_t *value)
     if (!*text || *skip_digits(text, false))
         return NUMBER_MALFORMED;
     for (; *text; text++)
-        if (__builtin_mul_overflow(*value, 10u, value) || __builtin_add_overflow(*value, (unsigned)(*text - '0'), value))
+        if (__builtin_mul_overflow(*value, 10u, value) ||
+            __builtin_add_overflow(*value, (unsigned)(*text - '0'), value))
             return NUMBER_TOO_LARGE;
     return *value <= max ? NUMBER_OK : NUMBER_TOO_LARGE;
 }

@@ -14,9 +14,18 @@ static void put(uint8_t *bytes, const void *value, size_t size)
     memcpy(bytes, value, size);
 }
 
-static void put_u16(uint8_t *bytes, uint16_t value) { put(bytes, &value, sizeof value); }
-static void put_u32(uint8_t *bytes, uint32_t value) { put(bytes, &value, sizeof value); }
-static void put_u64(uint8_t *bytes, uint64_t value) { put(bytes, &value, sizeof value); }
+static void put_u16(uint8_t *bytes, uint16_t value)
+{
+    put(bytes, &value, sizeof value);
+}
+static void put_u32(uint8_t *bytes, uint32_t value)
+{
+    put(bytes, &value, sizeof value);
+}
+static void put_u64(uint8_t *bytes, uint64_t value)
+{
+    put(bytes, &value, sizeof value);
+}
 
 static uint16_t get_u16(const uint8_t *bytes)
 {
@@ -63,15 +72,20 @@ bool header_decode(const uint8_t bytes[HEADER_BYTES], trace_info *info, char why
     if (memcmp(bytes, header_magic, sizeof header_magic) != 0)
         return snprintf(why, WHY_SIZE, "byte 0: not the mark of a binary trace"), false;
     if (get_u32(bytes + 8) != TRACE_VERSION)
-        return snprintf(why, WHY_SIZE, "byte 8: version %u, only version %d is known", get_u32(bytes + 8), TRACE_VERSION), false;
+        return snprintf(why, WHY_SIZE, "byte 8: version %u, only version %d is known", get_u32(bytes + 8),
+                        TRACE_VERSION),
+               false;
     if (get_u64(bytes + HEADER_CHECKSUM) != XXH3_64bits(bytes, HEADER_CHECKSUM))
-        return snprintf(why, WHY_SIZE, "byte %d: the header's checksum does not fit bytes 0 to 119", HEADER_CHECKSUM), false;
+        return snprintf(why, WHY_SIZE, "byte %d: the header's checksum does not fit bytes 0 to 119", HEADER_CHECKSUM),
+               false;
     if (get_u32(bytes + 12) != HEADER_BYTES)
-        return snprintf(why, WHY_SIZE, "byte 12: header of %u bytes, must be %d", get_u32(bytes + 12), HEADER_BYTES), false;
+        return snprintf(why, WHY_SIZE, "byte 12: header of %u bytes, must be %d", get_u32(bytes + 12), HEADER_BYTES),
+               false;
     if (get_u32(bytes + 32) > (FLAG_NONFINITE | FLAG_REVERSED))
         return snprintf(why, WHY_SIZE, "byte 32: flags 0x%x, only bits 0 and 1 are known", get_u32(bytes + 32)), false;
     if (get_u32(bytes + 36) != BLOCK_MAX)
-        return snprintf(why, WHY_SIZE, "byte 36: %u fragments a chunk, must be %d", get_u32(bytes + 36), BLOCK_MAX), false;
+        return snprintf(why, WHY_SIZE, "byte 36: %u fragments a chunk, must be %d", get_u32(bytes + 36), BLOCK_MAX),
+               false;
     info->width = get_u32(bytes + 16);
     info->height = get_u32(bytes + 20);
     info->samples = get_u32(bytes + 24);
@@ -114,7 +128,7 @@ bool draw_decode(const uint8_t bytes[DRAW_BYTES], trace_draw *draw, char why[WHY
     if (get_u32(bytes + 68) != 0)
         return snprintf(why, WHY_SIZE, "its bytes 68 to 71 are not 0"), false;
     memcpy(draw->name, bytes, length);
-    draw->class = (draw_class)class;
+    draw->class = (draw_class) class;
     draw->triangles = get_u64(bytes + 72);
     draw->vertices = get_u64(bytes + 80);
     draw->fragments = get_u64(bytes + 88);

@@ -6,7 +6,7 @@
 
 enum {
     HEADER_BYTES = 128,
-    HEADER_CONTENT = 16,     // bytes 16 to 119 say what the trace is; the hash of the whole starts with them
+    HEADER_CONTENT = 16,  // bytes 16 to 119 say what the trace is; the hash of the whole starts with them
     HEADER_CHECKSUM = 120,
     DRAW_BYTES = 96,
     CHUNK_BYTES = 56,
@@ -18,20 +18,20 @@ enum {
 extern const uint8_t header_magic[8], trailer_magic[8];
 
 typedef struct chunk_record {
-    uint64_t offset;          // of its zstd frame in the file
-    uint32_t stored_bytes;    // of the frame
+    uint64_t offset;        // of its zstd frame in the file
+    uint32_t stored_bytes;  // of the frame
     uint32_t draw, count;
     bounds bounds;
-    uint64_t checksum;        // XXH3-64 of the frame
+    uint64_t checksum;  // XXH3-64 of the frame
     uint8_t digest[DIGEST_BYTES];
 } chunk_record;
 
 typedef struct trailer_record {
-    uint64_t table_offset;    // of the first draw record; chunk records follow the draws, the trailer follows them
+    uint64_t table_offset;  // of the first draw record; chunk records follow the draws, the trailer follows them
     uint32_t draw_count;
     uint64_t chunk_count, fragment_count;
     uint8_t hash[DIGEST_BYTES];
-    uint64_t checksum;        // XXH3-64 of all draw and chunk records and the trailer before this field
+    uint64_t checksum;  // XXH3-64 of all draw and chunk records and the trailer before this field
 } trailer_record;
 
 void header_encode(const trace_info *info, uint8_t bytes[HEADER_BYTES]);

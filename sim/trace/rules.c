@@ -1,7 +1,8 @@
 // What a trace may hold, whatever its form: one check for reader and writer.
 //
 // A finite depth outside [0, 1] is allowed (the ROP clamps it); `info` and `check` mention it. Each fragment
-// check first folds a whole column, which the compiler turns into vectors, and looks for the culprit only when that fails.
+// check first folds a whole column, which the compiler turns into vectors, and looks for the culprit only when that
+// fails.
 #include "block.h"
 
 #include <math.h>
@@ -10,7 +11,8 @@
 bool info_check(const trace_info *info, char why[WHY_SIZE])
 {
     if (info->width < 1 || info->width > TRACE_SIZE_MAX || info->height < 1 || info->height > TRACE_SIZE_MAX)
-        return snprintf(why, WHY_SIZE, "size %u x %u, each must be 1 to %d", info->width, info->height, TRACE_SIZE_MAX), false;
+        return snprintf(why, WHY_SIZE, "size %u x %u, each must be 1 to %d", info->width, info->height, TRACE_SIZE_MAX),
+               false;
     uint32_t samples = info->samples;
     if (samples < 1 || samples > TRACE_SAMPLES_MAX || (samples & (samples - 1)) != 0)
         return snprintf(why, WHY_SIZE, "%u samples, must be 1, 2, 4, 8 or 16", samples), false;
@@ -24,7 +26,8 @@ bool info_check(const trace_info *info, char why[WHY_SIZE])
             int position = info->sample_positions[s][axis];
             if (s < samples ? position < -128 || position > 127 : position != 0)
                 return snprintf(why, WHY_SIZE, "position %d of sample %u, must be %s", position, s,
-                                s < samples ? "-128 to 127 (1/256 pixel)" : "0, as there is no such sample"), false;
+                                s < samples ? "-128 to 127 (1/256 pixel)" : "0, as there is no such sample"),
+                       false;
         }
     return true;
 }
@@ -83,10 +86,10 @@ static bool values_are_allowed(const trace_info *info, const block *block)
 {
     uint32_t bad = 0;
     for (uint32_t i = 0; i < block->count; i++)
-        bad |= (uint32_t)!(fabs(block->depth[i]) <= 1.7976931348623157e308);
+        bad |= (uint32_t) !(fabs(block->depth[i]) <= 1.7976931348623157e308);
     for (int c = 0; c < 4; c++)
         for (uint32_t i = 0; i < block->count; i++)
-            bad |= (uint32_t)!(fabsf(block->rgba[c][i]) <= 3.40282347e38f);
+            bad |= (uint32_t) !(fabsf(block->rgba[c][i]) <= 3.40282347e38f);
     if (info->depth_bits == 32)
         for (uint32_t i = 0; i < block->count; i++)
             bad |= (uint32_t)((double)(float)block->depth[i] != block->depth[i]);
@@ -100,17 +103,22 @@ static bool fragment_check(const trace_info *info, const block *block, uint32_t 
     if (block->y[i] >= info->height)
         return snprintf(why, WHY_SIZE, "fragment %u: y is %u, must be below %u", i, block->y[i], info->height), false;
     if (block->sample[i] >= info->samples)
-        return snprintf(why, WHY_SIZE, "fragment %u: sample is %u, must be below %u", i, block->sample[i], info->samples), false;
+        return snprintf(why, WHY_SIZE, "fragment %u: sample is %u, must be below %u", i, block->sample[i],
+                        info->samples),
+               false;
     const char *allowed = info->nonfinite ? "finite, an infinity or the NaN 0x7fc00000 (64-bit: 0x7ff8000000000000)"
                                           : "finite, as the trace is not marked nonfinite";
     double depth = block->depth[i];
     if (!double_is_allowed(depth, info->nonfinite))
         return snprintf(why, WHY_SIZE, "fragment %u: depth is %g, must be %s", i, depth, allowed), false;
     if (info->depth_bits == 32 && !isnan(depth) && (double)(float)depth != depth)
-        return snprintf(why, WHY_SIZE, "fragment %u: depth %.17g is no 32-bit float, as depth_bits 32 says", i, depth), false;
+        return snprintf(why, WHY_SIZE, "fragment %u: depth %.17g is no 32-bit float, as depth_bits 32 says", i, depth),
+               false;
     for (int c = 0; c < 4; c++)
         if (!float_is_allowed(block->rgba[c][i], info->nonfinite))
-            return snprintf(why, WHY_SIZE, "fragment %u: %c is %g, must be %s", i, "rgba"[c], (double)block->rgba[c][i], allowed), false;
+            return snprintf(why, WHY_SIZE, "fragment %u: %c is %g, must be %s", i, "rgba"[c],
+                            (double)block -> rgba[c][i], allowed),
+                   false;
     return true;
 }
 
@@ -126,8 +134,12 @@ bool block_check(const trace_info *info, const block *block, char why[WHY_SIZE])
 
 void block_view(const block *block, uint32_t draw, fragments *fragments)
 {
-    *fragments = (struct fragments){
-        .draw = draw, .count = block->count, .x = block->x, .y = block->y, .sample = block->sample,
-        .depth = block->depth, .rgba = {block->rgba[0], block->rgba[1], block->rgba[2], block->rgba[3]},
-        .primitive = block->primitive};
+    *fragments = (struct fragments){.draw = draw,
+                                    .count = block->count,
+                                    .x = block->x,
+                                    .y = block->y,
+                                    .sample = block->sample,
+                                    .depth = block->depth,
+                                    .rgba = {block->rgba[0], block->rgba[1], block->rgba[2], block->rgba[3]},
+                                    .primitive = block->primitive};
 }

@@ -71,8 +71,10 @@ static status summarize_band(trace *trace, const report *report, uint32_t y0, ui
                 continue;
             note_depth(summary, &run, i);
             if (blended)
-                note_sample(summary, &samples[((size_t)(run.y[i] - y0) * info->width + run.x[i]) * info->samples + run.sample[i]],
-                            run.depth[i]);
+                note_sample(
+                    summary,
+                    &samples[((size_t)(run.y[i] - y0) * info->width + run.x[i]) * info->samples + run.sample[i]],
+                    run.depth[i]);
         }
         done += run.count;
         report_progress(report, "reading", done, info->fragment_count);

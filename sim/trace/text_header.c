@@ -23,7 +23,8 @@ status text_read_uint(const lines *lines, int index, uint64_t max, const char *w
     const word *word = &lines->words[index];
     if (number_read_uint(word->text, max, value) == NUMBER_OK)
         return STATUS_OK;
-    return lines_refuse(lines, word->column, "%s is '%.40s', expected a whole number from 0 to %" PRIu64, what, word->text, max);
+    return lines_refuse(lines, word->column, "%s is '%.40s', expected a whole number from 0 to %" PRIu64, what,
+                        word->text, max);
 }
 
 static status refuse_number(const lines *lines, int index, const char *what, number_result result, bool nonfinite)
@@ -32,10 +33,11 @@ static status refuse_number(const lines *lines, int index, const char *what, num
     if (result == NUMBER_TOO_LARGE)
         return lines_refuse(lines, word->column, "%s '%.40s' is too large for its type", what, word->text);
     if (result == NUMBER_OK)
-        return lines_refuse(lines, word->column, "%s is '%s'; only a trace whose first line says `ropsim-trace 1 nonfinite` may hold it",
+        return lines_refuse(lines, word->column,
+                            "%s is '%s'; only a trace whose first line says `ropsim-trace 1 nonfinite` may hold it",
                             what, word->text);
-    return lines_refuse(lines, word->column, "%s is '%.40s', expected a decimal or hexadecimal number%s", what, word->text,
-                        nonfinite ? ", inf, -inf or nan" : "");
+    return lines_refuse(lines, word->column, "%s is '%.40s', expected a decimal or hexadecimal number%s", what,
+                        word->text, nonfinite ? ", inf, -inf or nan" : "");
 }
 
 status text_read_float(const lines *lines, int index, locale_t c_locale, bool nonfinite, const char *what, float *value)
@@ -49,7 +51,8 @@ status text_read_float(const lines *lines, int index, locale_t c_locale, bool no
     return STATUS_OK;
 }
 
-status text_read_double(const lines *lines, int index, locale_t c_locale, bool nonfinite, const char *what, double *value)
+status text_read_double(const lines *lines, int index, locale_t c_locale, bool nonfinite, const char *what,
+                        double *value)
 {
     number_result result = number_read_double(c_locale, lines->words[index].text, value);
     if (result != NUMBER_OK || !(nonfinite || isfinite(*value)))
@@ -100,9 +103,10 @@ static status read_samples(lines *lines, locale_t c_locale, trace_info *info)
     (void)c_locale;
     uint64_t samples = 0;
     status result = text_expect_words(lines, 2, 2, "samples COUNT");
-    if (result == STATUS_OK && (number_read_uint(lines->words[1].text, TRACE_SAMPLES_MAX, &samples) != NUMBER_OK || samples == 0 ||
-                                (samples & (samples - 1)) != 0))
-        result = lines_refuse(lines, lines->words[1].column, "'%.40s' samples, expected 1, 2, 4, 8 or 16", lines->words[1].text);
+    if (result == STATUS_OK && (number_read_uint(lines->words[1].text, TRACE_SAMPLES_MAX, &samples) != NUMBER_OK ||
+                                samples == 0 || (samples & (samples - 1)) != 0))
+        result = lines_refuse(lines, lines->words[1].column, "'%.40s' samples, expected 1, 2, 4, 8 or 16",
+                              lines->words[1].text);
     info->samples = (uint32_t)samples;
     return result;
 }
@@ -112,13 +116,15 @@ static status read_positions(lines *lines, locale_t c_locale, trace_info *info)
     (void)c_locale;
     char form[96];
     int numbers = 2 * (int)info->samples;
-    snprintf(form, sizeof form, "positions and %d numbers, X Y of each sample (`samples` stands before this line)", numbers);
+    snprintf(form, sizeof form, "positions and %d numbers, X Y of each sample (`samples` stands before this line)",
+             numbers);
     status result = text_expect_words(lines, numbers + 1, numbers + 1, form);
     for (int i = 0; result == STATUS_OK && i < numbers; i++) {
         int position = 0;
         const word *word = &lines->words[i + 1];
         if (!number_read_int(word->text, -128, 127, &position))
-            result = lines_refuse(lines, word->column, "position '%.40s', expected -128 to 127 (1/256 pixel from the centre)", word->text);
+            result = lines_refuse(lines, word->column,
+                                  "position '%.40s', expected -128 to 127 (1/256 pixel from the centre)", word->text);
         info->sample_positions[i / 2][i % 2] = (int16_t)position;
     }
     return result;
@@ -163,10 +169,16 @@ static const struct keyword {
     const char *name;
     status (*read)(lines *lines, locale_t c_locale, trace_info *info);
 } keywords[] = {
-    {"size", read_size},       {"samples", read_samples}, {"positions", read_positions}, {"background", read_background},
-    {"depth", read_depth},     {"depth_bits", read_depth_bits},
+    {"size", read_size},           {"samples", read_samples},
+    {"positions", read_positions}, {"background", read_background},
+    {"depth", read_depth},         {"depth_bits", read_depth_bits},
 };
-enum { KEYWORD_COUNT = sizeof keywords / sizeof *keywords, KEYWORD_SIZE = 0, KEYWORD_SAMPLES = 1, KEYWORD_POSITIONS = 2 };
+enum {
+    KEYWORD_COUNT = sizeof keywords / sizeof *keywords,
+    KEYWORD_SIZE = 0,
+    KEYWORD_SAMPLES = 1,
+    KEYWORD_POSITIONS = 2
+};
 
 static status read_keyword(lines *lines, locale_t c_locale, trace_info *info, bool seen[KEYWORD_COUNT])
 {
@@ -176,7 +188,8 @@ static status read_keyword(lines *lines, locale_t c_locale, trace_info *info, bo
         k++;
     if (k == KEYWORD_COUNT)
         return lines_refuse(lines, name->column,
-                            "'%.40s', expected size, samples, positions, background, depth, depth_bits or draw", name->text);
+                            "'%.40s', expected size, samples, positions, background, depth, depth_bits or draw",
+                            name->text);
     if (seen[k])
         return lines_refuse(lines, name->column, "a second `%s` line", name->text);
     if (k == KEYWORD_SAMPLES && seen[KEYWORD_POSITIONS])

@@ -1,5 +1,5 @@
-// The text form, read line by line: never more of the file than one buffer is in memory. Opening reads it all once, for the
-// checks, the draws, the counts and the hash; later passes parse again and notice a file that changed.
+// The text form, read line by line: never more of the file than one buffer is in memory. Opening reads it all once, for
+// the checks, the draws, the counts and the hash; later passes parse again and notice a file that changed.
 #include "form.h"
 #include "numbers.h"
 #include "text_header.h"
@@ -16,10 +16,10 @@ typedef struct text_reader {
     locale_t c_locale;
     lines lines;
     block block;
-    bool held;            // the current line is still to be used
-    bool checking;        // the first pass: draws are noted, not known
+    bool held;      // the current line is still to be used
+    bool checking;  // the first pass: draws are noted, not known
     uint32_t draws_begun, draw_room;
-    uint64_t read;        // fragments of this pass
+    uint64_t read;  // fragments of this pass
     content *content;
 } text_reader;
 
@@ -66,14 +66,16 @@ static status read_draw_line(text_reader *reader, trace_draw *draw)
     if (result != STATUS_OK)
         return result;
     if (!draw_name_check(words[1].text, (size_t)words[1].length))
-        return lines_refuse(lines, words[1].column, "the name of a draw is 1 to %d visible ASCII characters", NAME_SIZE - 1);
+        return lines_refuse(lines, words[1].column, "the name of a draw is 1 to %d visible ASCII characters",
+                            NAME_SIZE - 1);
     memcpy(draw->name, words[1].text, (size_t)words[1].length);
     int class = 0;
     while (class < CLASS_COUNT && strcmp(words[2].text, draw_class_names[class]) != 0)
-        class++;
+        class ++;
     if (class == CLASS_COUNT)
-        return lines_refuse(lines, words[2].column, "class '%.40s', expected opaque, transparent or sorted", words[2].text);
-    draw->class = (draw_class)class;
+        return lines_refuse(lines, words[2].column, "class '%.40s', expected opaque, transparent or sorted",
+                            words[2].text);
+    draw->class = (draw_class) class;
     if (lines->word_count == 5) {
         result = text_read_uint(lines, 3, UINT64_MAX, "the number of triangles", &draw->triangles);
         if (result == STATUS_OK)
@@ -108,10 +110,13 @@ static status read_fragment(text_reader *reader)
     uint32_t i = block->count;
     int words = info->samples > 1 ? 10 : 9;
     uint64_t x = 0, y = 0, primitive = 0, sample = 0;
-    status result = reader->draws_begun > 0 ? STATUS_OK : lines_refuse(lines, 1, "a fragment before the first `draw NAME CLASS` line");
+    status result = reader->draws_begun > 0
+                        ? STATUS_OK
+                        : lines_refuse(lines, 1, "a fragment before the first `draw NAME CLASS` line");
     if (result == STATUS_OK)
-        result = text_expect_words(lines, words, words, info->samples > 1 ? "f X Y DEPTH R G B A PRIMITIVE SAMPLE"
-                                                                         : "f X Y DEPTH R G B A PRIMITIVE");
+        result = text_expect_words(lines, words, words,
+                                   info->samples > 1 ? "f X Y DEPTH R G B A PRIMITIVE SAMPLE"
+                                                     : "f X Y DEPTH R G B A PRIMITIVE");
     if (result == STATUS_OK)
         result = text_read_uint(lines, 1, info->width - 1, "x", &x);
     if (result == STATUS_OK)

@@ -1,5 +1,5 @@
-// Blocks to lines. A draw's triangles and vertices are known at its end only and stand on its first line, so that line is
-// written with room for them; hence the blanks at its end.
+// Blocks to lines. A draw's triangles and vertices are known at its end only and stand on its first line, so that line
+// is written with room for them; hence the blanks at its end.
 #include "form.h"
 #include "numbers.h"
 
@@ -13,7 +13,7 @@ typedef struct text_writer {
     FILE *file;
     trace_info info;
     locale_t c_locale;
-    off_t counts;    // where the current draw's counts go
+    off_t counts;  // where the current draw's counts go
 } text_writer;
 
 static void text_writer_destroy(void *self)
@@ -44,7 +44,8 @@ static bool write_header(const text_writer *writer)
         number_write_float(info->background[c], text);
         fprintf(file, " %s", text);
     }
-    fprintf(file, "\n%s%s", info->reversed_depth ? "depth reversed\n" : "", info->depth_bits == 32 ? "depth_bits 32\n" : "");
+    fprintf(file, "\n%s%s", info->reversed_depth ? "depth reversed\n" : "",
+            info->depth_bits == 32 ? "depth_bits 32\n" : "");
     return !ferror(file);
 }
 
@@ -70,8 +71,8 @@ static bool text_block(void *self, const block *block, const uint8_t digest[DIGE
             number_write_double(block->depth[i], depth);
         for (int c = 0; c < 4; c++)
             number_write_float(block->rgba[c][i], rgba[c]);
-        fprintf(writer->file, "f %u %u %s  %s %s %s %s  %u", block->x[i], block->y[i], depth, rgba[0], rgba[1], rgba[2], rgba[3],
-                block->primitive[i]);
+        fprintf(writer->file, "f %u %u %s  %s %s %s %s  %u", block->x[i], block->y[i], depth, rgba[0], rgba[1], rgba[2],
+                rgba[3], block->primitive[i]);
         if (writer->info.samples > 1)
             fprintf(writer->file, " %u", block->sample[i]);
         putc('\n', writer->file);
@@ -97,7 +98,8 @@ static bool text_finish(void *self, const uint8_t hash[DIGEST_BYTES])
     return !ferror(((text_writer *)self)->file);
 }
 
-static const writer_form text_writer_form = {text_begin_draw, text_block, text_end_draw, text_finish, text_writer_destroy};
+static const writer_form text_writer_form = {text_begin_draw, text_block, text_end_draw, text_finish,
+                                             text_writer_destroy};
 
 bool text_create(FILE *file, const trace_info *info, created *created)
 {

@@ -25,7 +25,8 @@ static status open_form(trace *trace, int descriptor)
     struct stat file;
     if (fstat(descriptor, &file) != 0 || !S_ISREG(file.st_mode)) {
         close(descriptor);
-        return report_error(trace->report, STATUS_IO, "%s: is not a regular file; a trace is read more than once", trace->path);
+        return report_error(trace->report, STATUS_IO, "%s: is not a regular file; a trace is read more than once",
+                            trace->path);
     }
     char start[sizeof text_mark - 1] = {0};
     ssize_t got = pread(descriptor, start, sizeof start, 0);
@@ -38,7 +39,8 @@ static status open_form(trace *trace, int descriptor)
     if (got < 0)
         return report_error(trace->report, STATUS_IO, "%s: cannot be read: %s", trace->path, strerror(error));
     return report_error(trace->report, STATUS_REFUSED,
-                        "%s: byte 0: is no trace: neither the mark of the binary form (.ropt) nor a first line `ropsim-trace 1` (.rtxt)",
+                        "%s: byte 0: is no trace: neither the mark of the binary form (.ropt) nor a first line "
+                        "`ropsim-trace 1` (.rtxt)",
                         trace->path);
 }
 

@@ -8,8 +8,8 @@
 struct trace_writer {
     const report *report;
     char *path;
-    aside *aside;       // the file: NULL once it is in place
-    FILE *file;         // the aside's
+    aside *aside;  // the file: NULL once it is in place
+    FILE *file;    // the aside's
     trace_info info;
     created created;
     content *content;
@@ -17,7 +17,7 @@ struct trace_writer {
     trace_draw draw;
     bool drawing;
     uint32_t draw_count;
-    status failed;      // the first failure; everything after it returns the same
+    status failed;  // the first failure; everything after it returns the same
 };
 
 static void writer_free(trace_writer *writer)
@@ -44,7 +44,8 @@ status trace_create(const char *path, const trace_info *info, const report *repo
     copy.draws = NULL;
     copy.draw_count = 0;
     if (copy.samples <= TRACE_SAMPLES_MAX)
-        memset(copy.sample_positions[copy.samples], 0, (TRACE_SAMPLES_MAX - copy.samples) * sizeof *copy.sample_positions);
+        memset(copy.sample_positions[copy.samples], 0,
+               (TRACE_SAMPLES_MAX - copy.samples) * sizeof *copy.sample_positions);
     char why[WHY_SIZE];
     if (!info_check(&copy, why))
         return report_error(report, STATUS_REFUSED, "%s: %s", path, why);
@@ -95,7 +96,8 @@ status trace_begin_draw(trace_writer *writer, const char *name, draw_class class
     if (writer->failed != STATUS_OK)
         return writer->failed;
     if (writer->drawing || !name[0] || (unsigned)class >= CLASS_COUNT)
-        return fail(writer, STATUS_USAGE, writer->drawing ? "a draw begins inside a draw" : "a draw without a name or class");
+        return fail(writer, STATUS_USAGE,
+                    writer->drawing ? "a draw begins inside a draw" : "a draw without a name or class");
     if (writer->draw_count == TRACE_DRAWS_MAX)
         return fail(writer, STATUS_REFUSED, "more than 65536 draws");
     writer->draw = (trace_draw){.class = class};

@@ -192,12 +192,16 @@ static void test_fields_at_their_extremes(void **state)
         memcpy(copy.data, file.data, file.size);
         uint8_t *trailer = copy.data + copy.size - TRAILER;
         uint8_t *draw = copy.data + get64(trailer + 8);
-        uint8_t *record = test->record == 'h' ? copy.data : test->record == 'd' ? draw : test->record == 'c' ? draw + DRAW : trailer;
+        uint8_t *record = test->record == 'h'   ? copy.data
+                          : test->record == 'd' ? draw
+                          : test->record == 'c' ? draw + DRAW
+                                                : trailer;
         memcpy(record + test->offset, &test->value, (size_t)test->size);
         seal(copy);
         const char *message = verdict(copy.data, copy.size);
         if (!strstr(message, test->message))
-            fail_msg("%c %d %d: expected '%s', seen '%s'", test->record, test->offset, test->size, test->message, message);
+            fail_msg("%c %d %d: expected '%s', seen '%s'", test->record, test->offset, test->size, test->message,
+                     message);
     }
     free(file.data);
     free(copy.data);
@@ -227,7 +231,8 @@ enum { FORGED = 50, ROOM = 8192 };
 static const char *verdict_with_plane_byte(bytes file, size_t at, uint8_t value)
 {
     uint8_t planes[ROOM], frame[ROOM];
-    size_t size = ZSTD_decompress(planes, sizeof planes, file.data + HEADER, file.size - HEADER - DRAW - CHUNK - TRAILER);
+    size_t size =
+        ZSTD_decompress(planes, sizeof planes, file.data + HEADER, file.size - HEADER - DRAW - CHUNK - TRAILER);
     assert_int_equal(size, 33 * FORGED);
     planes[at] = value;
     size_t stored = ZSTD_compress(frame, sizeof frame, planes, size, 1);
@@ -241,14 +246,15 @@ static void test_forged_fragments(void **state)
 {
     (void)state;
     bytes file = small_trace(2, FORGED);
-    assert_non_null(strstr(verdict_with_plane_byte(file, FORGED, 0x70), "x is "));              // high byte of the first x
+    assert_non_null(strstr(verdict_with_plane_byte(file, FORGED, 0x70), "x is "));  // high byte of the first x
     assert_non_null(strstr(verdict_with_plane_byte(file, 3 * FORGED, 0x70), "y is "));
     assert_non_null(strstr(verdict_with_plane_byte(file, 4 * FORGED, 0x20), "sample is "));
-    assert_non_null(strstr(verdict_with_plane_byte(file, 5 * FORGED, 0x33), "digest"));         // a primitive
+    assert_non_null(strstr(verdict_with_plane_byte(file, 5 * FORGED, 0x33), "digest"));  // a primitive
     assert_non_null(strstr(verdict_with_plane_byte(file, 10 * FORGED - 1, 0x01), "digest"));
     int nonfinite = 0;
     for (int value = 0; value < 256; value++)  // the highest byte of the first red
-        nonfinite += strstr(verdict_with_plane_byte(file, 20 * FORGED, (uint8_t)value), "as the trace is not marked nonfinite") != NULL;
+        nonfinite += strstr(verdict_with_plane_byte(file, 20 * FORGED, (uint8_t)value),
+                            "as the trace is not marked nonfinite") != NULL;
     assert_true(nonfinite > 0);
     free(file.data);
 }
@@ -264,7 +270,8 @@ static void test_forged_frames(void **state)
         assert_non_null(strstr(verdict(forged.data, forged.size), "not one zstd frame"));
         free(forged.data);
     }
-    size_t half = ZSTD_compress(frame, sizeof frame, planes, 33 * FORGED / 2, 1);  // two frames of the right size together
+    size_t half =
+        ZSTD_compress(frame, sizeof frame, planes, 33 * FORGED / 2, 1);  // two frames of the right size together
     half += ZSTD_compress(frame + half, sizeof frame - half, planes, 33 * FORGED - 33 * FORGED / 2, 1);
     bytes forged = with_frame(file, frame, half);
     assert_non_null(strstr(verdict(forged.data, forged.size), "not one zstd frame"));
@@ -285,7 +292,8 @@ static void test_random_forgeries(void **state)
         memcpy(copy.data, file.data, file.size);
         for (uint64_t changes = 1 + random_next(&random) % 4; changes > 0; changes--) {
             size_t tail = DRAW + CHUNK + TRAILER;
-            size_t at = random_next(&random) % 2 ? file.size - tail + random_next(&random) % tail : random_next(&random) % file.size;
+            size_t at = random_next(&random) % 2 ? file.size - tail + random_next(&random) % tail
+                                                 : random_next(&random) % file.size;
             copy.data[at] = (uint8_t)random_next(&random);
         }
         seal(copy);
@@ -299,9 +307,10 @@ static void test_random_forgeries(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_cut), cmocka_unit_test(test_added_bytes), cmocka_unit_test(test_every_bit),
-        cmocka_unit_test(test_fields_at_their_extremes), cmocka_unit_test(test_forged_fragments),
-        cmocka_unit_test(test_forged_frames), cmocka_unit_test(test_random_forgeries),
+        cmocka_unit_test(test_every_cut),        cmocka_unit_test(test_added_bytes),
+        cmocka_unit_test(test_every_bit),        cmocka_unit_test(test_fields_at_their_extremes),
+        cmocka_unit_test(test_forged_fragments), cmocka_unit_test(test_forged_frames),
+        cmocka_unit_test(test_random_forgeries),
     };
     return cmocka_run_group_tests(tests, NULL, remove_test_folder);
 }

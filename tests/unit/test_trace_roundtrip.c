@@ -113,8 +113,9 @@ static void test_draws_without_fragments(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_samples_and_depths), cmocka_unit_test(test_no_fragments), cmocka_unit_test(test_several_blocks),
-        cmocka_unit_test(test_hash_is_stable), cmocka_unit_test(test_draws_without_fragments),
+        cmocka_unit_test(test_samples_and_depths),      cmocka_unit_test(test_no_fragments),
+        cmocka_unit_test(test_several_blocks),          cmocka_unit_test(test_hash_is_stable),
+        cmocka_unit_test(test_draws_without_fragments),
     };
     return cmocka_run_group_tests(tests, NULL, remove_test_folder);
 }

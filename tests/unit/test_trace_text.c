@@ -30,7 +30,9 @@ static const struct text_case {
     {DRAWN "f 3 2 0X.8 +1. -0 1e-400 1e0 0 # comment", ""},
     {DRAWN "f 0 0 -3 1e38 0 0 0 0\nf 0 0 2 0 0 0 0 0\n", ""},
     {"ropsim-trace 1 nonfinite\nsize 1 1\ndraw a opaque\nf 0 0 inf nan -inf +inf 0 0\n", ""},
-    {START "samples 2\npositions -128 127 0 -1\ndepth reversed\ndepth_bits 32\nbackground 0 0 0 1\ndraw a sorted\nf 0 0 0.1 0 0 0 0 0 1", ""},
+    {START "samples 2\npositions -128 127 0 -1\ndepth reversed\ndepth_bits 32\nbackground 0 0 0 1\ndraw a sorted\nf 0 "
+           "0 0.1 0 0 0 0 0 1",
+     ""},
     {START "depth normal\ndepth_bits 64\n", ""},
     {"ropsim-trace", "1:13: too few fields"},
     {"ropsim-trace 2\n", "1:14: version '2', only version 1"},
@@ -67,8 +69,10 @@ static const struct text_case {
     {DRAWN "f 0 0 0 0 0 0 0 4294967296\n", "4:17: the primitive is '4294967296'"},
     {DRAWN "f 0 0 0 0 0 0 0 0 0\n", "4:19: too many fields; expected: f X Y DEPTH R G B A PRIMITIVE"},
     {DRAWN "f 0 0 0 0 0 0 0\n", "4:16: too few fields"},
-    {START "samples 2\ndraw a sorted\nf 0 0 0 0 0 0 0 0\n", "5:18: too few fields; expected: f X Y DEPTH R G B A PRIMITIVE SAMPLE"},
-    {START "samples 2\ndraw a sorted\nf 0 0 0 0 0 0 0 0 2\n", "5:19: the sample is '2', expected a whole number from 0 to 1"},
+    {START "samples 2\ndraw a sorted\nf 0 0 0 0 0 0 0 0\n",
+     "5:18: too few fields; expected: f X Y DEPTH R G B A PRIMITIVE SAMPLE"},
+    {START "samples 2\ndraw a sorted\nf 0 0 0 0 0 0 0 0 2\n",
+     "5:19: the sample is '2', expected a whole number from 0 to 1"},
     {DRAWN "f 0 0 1,5 0 0 0 0 0\n", "4:7: the depth is '1,5', expected a decimal or hexadecimal number"},
     {DRAWN "f 0 0 0x 0 0 0 0 0\n", "4:7: the depth is '0x'"},
     {DRAWN "f 0 0 . 0 0 0 0 0\n", "4:7: the depth is '.'"},
@@ -94,7 +98,8 @@ static void test_texts(void **state)
             fail_msg("case %zu: expected '%s', seen '%s'", i, expected, seen);
     }
     const char nul[] = DRAWN "f 0 0 0\0";
-    assert_ptr_equal(strstr(verdict(nul, sizeof nul - 1), "4:8: control byte 0x00"), said + strlen(test_path("text.rtxt")) + 1);
+    assert_ptr_equal(strstr(verdict(nul, sizeof nul - 1), "4:8: control byte 0x00"),
+                     said + strlen(test_path("text.rtxt")) + 1);
 }
 
 static void test_long_lines(void **state)
@@ -195,7 +200,8 @@ static void test_locale(void **state)
 static void test_shipped_traces_hold(void **state)
 {
     (void)state;
-    static const char *const names[] = {"classes", "edge_samples", "empty", "figure2", "finished_sample", "opaque", "ties"};
+    static const char *const names[] = {"classes",         "edge_samples", "empty", "figure2",
+                                        "finished_sample", "opaque",       "ties"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         char path[512];
         snprintf(path, sizeof path, "%s/traces/%s.rtxt", ROPSIM_SOURCE, names[i]);
@@ -208,8 +214,8 @@ static void test_shipped_traces_hold(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_texts), cmocka_unit_test(test_long_lines), cmocka_unit_test(test_every_cut_ends),
-        cmocka_unit_test(test_numbers), cmocka_unit_test(test_locale), cmocka_unit_test(test_shipped_traces_hold),
+        cmocka_unit_test(test_texts),   cmocka_unit_test(test_long_lines), cmocka_unit_test(test_every_cut_ends),
+        cmocka_unit_test(test_numbers), cmocka_unit_test(test_locale),     cmocka_unit_test(test_shipped_traces_hold),
     };
     return cmocka_run_group_tests(tests, NULL, remove_test_folder);
 }

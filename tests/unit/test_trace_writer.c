@@ -1,4 +1,5 @@
-// The writer leaves a whole file or none, and the old one when it fails; selection loses nothing; figures of small traces.
+// The writer leaves a whole file or none, and the old one when it fails; selection loses nothing; figures of small
+// traces.
 #include "trace_random.h"
 
 #include <errno.h>
@@ -12,8 +13,13 @@ static const uint8_t one_sample[] = {0};
 static const double one_depth[] = {0.5};
 static const float one_value[] = {1};
 static const uint32_t one_primitive[] = {0};
-static const fragments one = {.count = 1, .x = one_x, .y = one_y, .sample = one_sample, .depth = one_depth,
-                              .rgba = {one_value, one_value, one_value, one_value}, .primitive = one_primitive};
+static const fragments one = {.count = 1,
+                              .x = one_x,
+                              .y = one_y,
+                              .sample = one_sample,
+                              .depth = one_depth,
+                              .rgba = {one_value, one_value, one_value, one_value},
+                              .primitive = one_primitive};
 
 static trace_info plain_info(void)
 {
@@ -254,9 +260,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_failure_keeps_the_old_file), cmocka_unit_test(test_full_disk),
-        cmocka_unit_test(test_bad_places_and_infos), cmocka_unit_test(test_rules_of_the_writer),
-        cmocka_unit_test(test_names_are_cleaned), cmocka_unit_test(test_selection_loses_nothing),
-        cmocka_unit_test(test_summary_of_figure_2), cmocka_unit_test(test_summary_leaves_opaque_out),
+        cmocka_unit_test(test_bad_places_and_infos),       cmocka_unit_test(test_rules_of_the_writer),
+        cmocka_unit_test(test_names_are_cleaned),          cmocka_unit_test(test_selection_loses_nothing),
+        cmocka_unit_test(test_summary_of_figure_2),        cmocka_unit_test(test_summary_leaves_opaque_out),
     };
     return cmocka_run_group_tests(tests, NULL, remove_test_folder);
 }

@@ -76,13 +76,15 @@ static inline double random_value(uint64_t *state, bool nonfinite, bool narrow)
 }
 
 // Triangle-like runs: rows of pixels of one primitive with affine values, mixed with noise.
-static inline memory_trace *random_trace(uint64_t seed, uint32_t samples, int depth_bits, bool nonfinite, uint32_t count)
+static inline memory_trace *random_trace(uint64_t seed, uint32_t samples, int depth_bits, bool nonfinite,
+                                         uint32_t count)
 {
     memory_trace *trace = calloc(1, sizeof *trace);
     assert_non_null(trace);
     uint64_t state = seed;
     trace_info *info = &trace->info;
-    *info = (trace_info){.samples = samples, .depth_bits = depth_bits, .nonfinite = nonfinite, .background = {0.1f, 0, -0.0f, 1}};
+    *info = (trace_info){
+        .samples = samples, .depth_bits = depth_bits, .nonfinite = nonfinite, .background = {0.1f, 0, -0.0f, 1}};
     // one call a statement: C leaves the order of calls within an expression open
     info->width = 1 + (uint32_t)(random_next(&state) % 300);
     info->height = 1 + (uint32_t)(random_next(&state) % 300);
@@ -134,8 +136,12 @@ static inline status write_trace(const memory_trace *trace, const char *path, co
         for (uint64_t left = trace->draws[d].fragments; left > 0;) {
             uint32_t count = 1 + (uint32_t)(random_next(&state) % 90000);
             count = count < left ? count : (uint32_t)left;
-            fragments run = {.count = count, .x = trace->x + i, .y = trace->y + i, .sample = trace->sample + i,
-                             .depth = trace->depth + i, .primitive = trace->primitive + i,
+            fragments run = {.count = count,
+                             .x = trace->x + i,
+                             .y = trace->y + i,
+                             .sample = trace->sample + i,
+                             .depth = trace->depth + i,
+                             .primitive = trace->primitive + i,
                              .rgba = {trace->rgba[0] + i, trace->rgba[1] + i, trace->rgba[2] + i, trace->rgba[3] + i}};
             trace_append(writer, &run);
             i += count;

@@ -12,7 +12,8 @@
 #include <exception>
 #include <new>
 
-namespace {
+namespace
+{
 
 constexpr uint64_t pixels_max = uint64_t(1) << 30;
 constexpr int side_max = 32768;
@@ -118,8 +119,11 @@ int read_deep(const char *path, uint64_t count_max, deep_image &image, char *why
     if (!in)
         return fail(why, why_size, OIIO::geterror());
     const OIIO::ImageSpec &spec = in->spec();
-    channels channels = {{spec.channelindex("R"), spec.channelindex("G"), spec.channelindex("B"), spec.channelindex("A")},
-                         spec.channelindex("Z"), uint_channel(spec, "id"), uint_channel(spec, "sample")};
+    channels channels = {
+        {spec.channelindex("R"), spec.channelindex("G"), spec.channelindex("B"), spec.channelindex("A")},
+        spec.channelindex("Z"),
+        uint_channel(spec, "id"),
+        uint_channel(spec, "sample")};
     if (!spec.deep || channels.depth < 0)
         return fail(why, why_size, "not a deep image with a channel Z");
     if (spec.width < 1 || spec.height < 1 || spec.width > side_max || spec.height > side_max ||
@@ -137,8 +141,9 @@ int read_deep(const char *path, uint64_t count_max, deep_image &image, char *why
     int step = spec.tile_width ? spec.height : 1;  // a tiled file comes as a whole
     for (int y = 0; y < spec.height; y += step) {
         OIIO::DeepData data;
-        bool read = spec.tile_width ? in->read_native_deep_image(0, 0, data)
-                                    : in->read_native_deep_scanlines(0, 0, spec.y + y, spec.y + y + 1, 0, 0, spec.nchannels, data);
+        bool read = spec.tile_width
+                        ? in->read_native_deep_image(0, 0, data)
+                        : in->read_native_deep_scanlines(0, 0, spec.y + y, spec.y + y + 1, 0, 0, spec.nchannels, data);
         if (!read)
             return fail(why, why_size, in->geterror());
         uint64_t more = 0;
@@ -165,7 +170,8 @@ extern "C" int ropsim_module_write_deep(const char *path, const deep_image *imag
     }
 }
 
-extern "C" int ropsim_module_read_deep(const char *path, uint64_t count_max, deep_image *image, char *why, size_t why_size)
+extern "C" int ropsim_module_read_deep(const char *path, uint64_t count_max, deep_image *image, char *why,
+                                       size_t why_size)
 {
     try {
         return read_deep(path, count_max, *image, why, why_size);
