@@ -1,5 +1,6 @@
 // Program text in, `program` out: the declarations and the frame; blocks are read by their own files.
 #include "assemble.h"
+#include "unroll.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -11,6 +12,11 @@ bool plane_is_color(const plane_decl *plane)
 {
     return plane->kind == PLANE_RGBA ||
            (plane->kind == PLANE_FORMAT && format_table[plane->format].class == FORMAT_CLASS_COLOR);
+}
+
+bool planes_match(const plane_decl *a, const plane_decl *b)
+{
+    return a->kind == b->kind && (a->kind != PLANE_FORMAT || a->format == b->format);
 }
 
 bool assemble_plane(assembler *assembler, int *index)
@@ -212,7 +218,7 @@ static bool read_limit(assembler *assembler)
     if (!lex_parse_float(lex_peek(lex), &ratio) || ratio < 0 || ratio > 1)
         return lex_error(lex, lex_peek(lex), "expected a ratio from 0.0 to 1.0");
     lex_take(lex);
-    assembler->program->occlusion_ratio = (double)ratio;
+    assembler->program->occlusion_ratio = (double)(ratio + 0.0f);  // -0 is 0
     return true;
 }
 
@@ -234,8 +240,8 @@ static bool read_output(assembler *assembler)
     return true;
 }
 
-// kernel NAME [fullscreen] | pass NAME
-static bool read_kernel(assembler *assembler, bool is_pass)
+// kernel NAME [fullscreen] | shader NAME [fullscreen] | pass NAME [fullscreen]
+static bool read_kernel(assembler *assembler, bool is_pass, bool is_shader)
 {
     program *program = assembler->program;
     lexer *lex = &assembler->lex;
@@ -247,18 +253,19 @@ static bool read_kernel(assembler *assembler, bool is_pass)
         return false;
     for (int i = 0; i < program->kernel_count; i++)
         if (strcmp(program->kernels[i].name, kernel->name) == 0)
-            return lex_error(lex, at, "kernel '%s' is declared already, in line %d", kernel->name, program->kernels[i].line);
+            lex_error(lex, at, "kernel '%s' is declared already, in line %d", kernel->name, program->kernels[i].line);
     kernel->line = lex->line;
     kernel->is_pass = is_pass;
-    kernel->fullscreen = !is_pass && lex_accept(lex, "fullscreen");
+    kernel->is_shader = is_shader;
+    kernel->fullscreen = lex_accept(lex, "fullscreen");
     program->kernel_count++;
     lex_finish(lex);
     return is_pass ? assemble_pass(assembler, kernel) : assemble_kernel(assembler, kernel);
 }
 
-typedef enum statement { S_PROGRAM, S_PLANE, S_QUERY, S_BLEND, S_LIMIT, S_OUTPUT, S_KERNEL, S_PASS, S_SCHEDULE, S_COUNT } statement;
+typedef enum statement { S_PROGRAM, S_PLANE, S_QUERY, S_BLEND, S_LIMIT, S_OUTPUT, S_KERNEL, S_SHADER, S_PASS, S_SCHEDULE, S_COUNT } statement;
 static const char *const statements[S_COUNT] = {"program", "plane", "query", "blend", "limit",
-                                                "output",  "kernel", "pass",  "schedule"};
+                                                "output",  "kernel", "shader", "pass", "schedule"};
 
 static void read_statement(assembler *assembler, bool seen[S_COUNT])
 {
@@ -268,7 +275,7 @@ static void read_statement(assembler *assembler, bool seen[S_COUNT])
     if (!lex_lookup(lex, "statement", statements, S_COUNT, &which))
         return;
     if (seen[which] && (which == S_PROGRAM || which == S_OUTPUT || which == S_SCHEDULE)) {
-        lex_error(lex, at, "there is a '%s' already", statements[which]);
+        lex_error(lex, at, "'%s' is there already", statements[which]);
         return;
     }
     if (!seen[S_PROGRAM] && which != S_PROGRAM)
@@ -282,8 +289,9 @@ static void read_statement(assembler *assembler, bool seen[S_COUNT])
     case S_BLEND: good = read_blend(assembler); break;
     case S_LIMIT: good = read_limit(assembler); break;
     case S_OUTPUT: good = read_output(assembler); break;
-    case S_KERNEL: block = true; read_kernel(assembler, false); break;
-    case S_PASS: block = true; read_kernel(assembler, true); break;
+    case S_KERNEL: block = true; read_kernel(assembler, false, false); break;
+    case S_SHADER: block = true; read_kernel(assembler, false, true); break;
+    case S_PASS: block = true; read_kernel(assembler, true, false); break;
     case S_SCHEDULE: block = true; lex_finish(lex); assemble_schedule(assembler); break;
     case S_COUNT: break;
     }
@@ -291,19 +299,15 @@ static void read_statement(assembler *assembler, bool seen[S_COUNT])
         lex_finish(lex);
 }
 
-status assemble_text(const char *file, const char *text, size_t size, const report *report, program **result)
+static status assemble_lines(const char *file, const unrolled *text, const report *report, program **result)
 {
-    *result = NULL;
-    if (size > FILE_SIZE_MAX)
-        return report_error(report, STATUS_REFUSED, "%s: a program is at most %d bytes", file, FILE_SIZE_MAX);
-    if (memchr(text, 0, size))
-        return report_error(report, STATUS_REFUSED, "%s: holds a NUL byte; a program is text", file);
     program *program = calloc(1, sizeof *program);
     if (!program)
         return report_error(report, STATUS_IO, "%s: out of memory", file);
     program->output_front = program->output_base = -1;
     assembler assembler = {.program = program};
-    lex_start(&assembler.lex, file, text, size, report);
+    lex_start(&assembler.lex, file, text->text, text->size, report);
+    assembler.lex.line_map = text->lines;
     bool seen[S_COUNT] = {false};
     while (lex_line(&assembler.lex) && assembler.lex.errors < ERROR_MAX)
         read_statement(&assembler, seen);
@@ -319,7 +323,29 @@ status assemble_text(const char *file, const char *text, size_t size, const repo
     return STATUS_OK;
 }
 
-status assemble_file(const char *path, const report *report, program **program)
+status assemble_text_with(const char *file, const char *text, size_t size, const parameter *parameters,
+                          int parameter_count, const report *report, program **result)
+{
+    *result = NULL;
+    if (size > FILE_SIZE_MAX)
+        return report_error(report, STATUS_REFUSED, "%s: a program is at most %d bytes", file, FILE_SIZE_MAX);
+    if (size && memchr(text, 0, size))
+        return report_error(report, STATUS_REFUSED, "%s: holds a NUL byte; a program is text", file);
+    unrolled unrolled;
+    if (!unroll_text(file, text, size, parameters, parameter_count, report, &unrolled))
+        return STATUS_REFUSED;
+    const status status = assemble_lines(file, &unrolled, report, result);
+    unroll_free(&unrolled);
+    return status;
+}
+
+status assemble_text(const char *file, const char *text, size_t size, const report *report, program **program)
+{
+    return assemble_text_with(file, text, size, NULL, 0, report, program);
+}
+
+status assemble_file_with(const char *path, const parameter *parameters, int parameter_count, const report *report,
+                          program **program)
 {
     *program = NULL;
     FILE *file = fopen(path, "rb");
@@ -330,9 +356,14 @@ status assemble_file(const char *path, const report *report, program **program)
     const bool failed = !text || ferror(file);
     fclose(file);
     const status result = failed ? report_error(report, STATUS_IO, "%s: could not be read", path)
-                                 : assemble_text(path, text, size, report, program);
+                                 : assemble_text_with(path, text, size, parameters, parameter_count, report, program);
     free(text);
     return result;
+}
+
+status assemble_file(const char *path, const report *report, program **program)
+{
+    return assemble_file_with(path, NULL, 0, report, program);
 }
 
 void program_destroy(program *program)

@@ -23,9 +23,13 @@ bool assemble_blend(assembler *assembler, int *index);
 bool assemble_format(assembler *assembler, format_class class, int *index);
 // The colour a fragment brings, `color` or `premul`, as SOURCE_FRAGMENT_*.
 bool assemble_fragment_color(assembler *assembler, int *source);
+// p0 to p7, ! in front for the opposite: index in the low bits, negation in bit 3.
+bool assemble_predicate(lexer *lexer, uint8_t *field);
 // A value that both kernels and clears may name; false without a message if the next token is none.
 bool assemble_value(assembler *assembler, value *value);
 
 bool plane_is_color(const plane_decl *plane);
+// Declared alike, so that their values have one format on every machine.
+bool planes_match(const plane_decl *a, const plane_decl *b);
 
 #endif

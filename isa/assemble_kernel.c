@@ -35,13 +35,13 @@ static bool parse_register(token token, char letter, int count, uint8_t *index)
     return true;
 }
 
-static bool read_predicate(lexer *lex, uint8_t *field, bool negatable)
+bool assemble_predicate(lexer *lex, uint8_t *field)
 {
-    const bool negated = negatable && lex_accept(lex, "!");
+    const bool negated = lex_accept(lex, "!");
     uint8_t index;
     if (!parse_register(lex_peek(lex), 'p', PREDICATE_COUNT, &index))
-        return lex_error(lex, lex_peek(lex), "expected a predicate, p0 to p%d%s", PREDICATE_COUNT - 1,
-                         negatable ? ", with ! in front for its opposite" : "");
+        return lex_error(lex, lex_peek(lex), "expected a predicate, p0 to p%d, with ! in front for its opposite",
+                         PREDICATE_COUNT - 1);
     lex_take(lex);
     *field = (uint8_t)(index | negated << 3);
     return true;
@@ -143,13 +143,11 @@ static bool read_skip_target(kernel_reader *reader, uint8_t *field)
     lexer *lex = &reader->assembler->lex;
     const token at = lex_peek(lex);
     *field = 0;
-    if (reader->kernel->word_count == WORD_MAX)
-        return false;
     if (!lex_name(lex, "a label", reader->skips[reader->skip_count].name))
         return false;
     reader->skips[reader->skip_count].token = at;
     reader->skips[reader->skip_count].line = lex->line;
-    reader->skips[reader->skip_count++].word = reader->kernel->word_count;
+    reader->skips[reader->skip_count].word = reader->kernel->word_count;  // counted once its instruction stands
     return true;
 }
 
@@ -164,7 +162,7 @@ static bool read_operand(kernel_reader *reader, operand_kind kind, bool color, u
     case OPERAND_REG: return read_register(lex, field, false);
     case OPERAND_COLOR: return read_register(lex, field, true);
     case OPERAND_ANY: return read_register(lex, field, color);
-    case OPERAND_PRED: return read_predicate(lex, field, true);
+    case OPERAND_PRED: return assemble_predicate(lex, field);
     case OPERAND_SRC: return read_source(reader, field, false);
     case OPERAND_CSRC: return read_source(reader, field, true);
     case OPERAND_ASRC: return read_source(reader, field, color);
@@ -180,18 +178,20 @@ static bool read_operand(kernel_reader *reader, operand_kind kind, bool color, u
     return good;
 }
 
-// Whether the operands of a ld, tex, st or mov are colours: a plane says so itself, else its first operand.
+// Whether the operands of a ld, tex, st or mov are colours: the plane says so, else the first operand. The plane is the
+// first or the third word from here; other words of the line may be spelt as a plane's name.
 static bool operands_are_color(const kernel_reader *reader, const opcode_row *row)
 {
-    const assembler *assembler = reader->assembler;
-    for (int i = 0; i < assembler->lex.token_count; i++) {
-        const token token = assembler->lex.tokens[i];
-        for (int p = 0; p < assembler->program->plane_count; p++)
-            if ((row->d == OPERAND_PLANE || row->a == OPERAND_PLANE) && lex_is(token, assembler->program->planes[p].name))
-                return plane_is_color(&assembler->program->planes[p]);
+    const lexer *lex = &reader->assembler->lex;
+    const program *program = reader->assembler->program;
+    const int at = lex->at + (row->a == OPERAND_PLANE ? 2 : 0);
+    if ((row->d == OPERAND_PLANE || row->a == OPERAND_PLANE) && at < lex->token_count) {
+        for (int p = 0; p < program->plane_count; p++)
+            if (lex_is(lex->tokens[at], program->planes[p].name))
+                return plane_is_color(&program->planes[p]);
     }
     uint8_t index;
-    return parse_register(lex_peek(&assembler->lex), 'c', COLOR_COUNT, &index);
+    return parse_register(lex_peek(lex), 'c', COLOR_COUNT, &index);
 }
 
 static bool read_instruction(kernel_reader *reader)
@@ -200,9 +200,11 @@ static bool read_instruction(kernel_reader *reader)
     kernel_decl *kernel = reader->kernel;
     instruction instruction = {0};
     const token start = lex_peek(lex);
+    if (kernel->word_count == WORD_MAX)
+        return lex_error(lex, start, "a kernel has at most %d instructions", WORD_MAX);
     if (lex_accept(lex, "@")) {
         uint8_t field;
-        if (!read_predicate(lex, &field, true))
+        if (!assemble_predicate(lex, &field))
             return false;
         instruction.guard = field & 7;
         instruction.guard_negated = field >> 3;
@@ -217,6 +219,8 @@ static bool read_instruction(kernel_reader *reader)
         return false;
     instruction.op = (opcode)op;
     const opcode_row *row = &opcode_table[op];
+    if (kernel->is_shader && (op == OP_ld || op == OP_st || op == OP_blend || op == OP_count))
+        return lex_error(lex, start, "a shader cannot %s: it reads planes by tex and leaves the rest to its pass", row->name);
     const bool color = operands_are_color(reader, row);
     const struct { operand_kind kind; uint8_t *field; } operands[] = {
         {row->d, &instruction.d}, {row->a, &instruction.a}, {row->b, &instruction.b}, {row->c, &instruction.c}};
@@ -235,8 +239,7 @@ static bool read_instruction(kernel_reader *reader)
     }
     if (!lex_finish(lex))
         return false;
-    if (kernel->word_count == WORD_MAX)
-        return lex_error(lex, start, "a kernel has at most %d instructions", WORD_MAX);
+    reader->skip_count += instruction.op == OP_skip;
     kernel->word_lines[kernel->word_count] = lex->line;
     kernel->words[kernel->word_count++] = word_encode(instruction);
     return true;
@@ -272,12 +275,9 @@ static bool resolve_skips(kernel_reader *reader)
                                     : distance < 1    ? "is above: a skip goes forward, so that every kernel ends"
                                     : distance > SKIP_REACH ? "is too far: a skip reaches at most 63 words ahead"
                                                             : NULL;
-        if (problem) {
-            lex->errors++;
-            report_error(lex->report, STATUS_REFUSED, "%s:%d:%d: label '%s' %s", lex->file, reader->skips[i].line,
-                         reader->skips[i].token.column, reader->skips[i].name, problem);
-            return false;
-        }
+        if (problem)
+            return lex_error_in_line(lex, reader->skips[i].line, reader->skips[i].token, "label '%s' %s",
+                                     reader->skips[i].name, problem);
         instruction instruction;
         word_decode(reader->kernel->words[word], &instruction);
         instruction.b = (uint8_t)distance;

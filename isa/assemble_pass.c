@@ -1,10 +1,11 @@
 // A fixed-function pass's lines in, its state out. Order of the lines is free; the hardware's order is fixed:
-// range clip in the fragment shader, stencil test, depth test, stencil update, depth write, blend, count.
+// the shader, range clip, stencil test, depth test, stencil update, depth write, blend, count.
 //
+//   shader NAME [keep p1|!p1]  runs before all else; without `keep` no fragment is discarded
 //   clip z > PLANE             or < <= = >=, or min(PLANE, PLANE...); every clip line must hold
 //   depth FUNCTION PLANE [read_only]
 //   stencil PLANE FUNCTION REFERENCE MASK FAIL DEPTH_FAIL PASS [write MASK]
-//   target PLANE BLEND|replace color|premul
+//   target PLANE BLEND|replace color|premul|c0..c6     c0..c6: as the shader left them
 //   count QUERY
 //   end
 #include "assemble.h"
@@ -31,6 +32,10 @@ static bool read_bound_plane(assembler *assembler, clip_decl *clip)
         return lex_error(&assembler->lex, at, "min takes at most %d planes", CLIP_MAX);
     if (!assemble_plane(assembler, &plane) || !plane_is(assembler, plane, FORMAT_CLASS_DEPTH, "a depth plane", at))
         return false;
+    const plane_decl *planes = assembler->program->planes;
+    if (clip->plane_count > 0 && !planes_match(&planes[plane], &planes[clip->plane[0]]))
+        return lex_error(&assembler->lex, at, "planes '%s' and '%s' differ in format; min compares codes",
+                         planes[clip->plane[0]].name, planes[plane].name);
     clip->plane[clip->plane_count++] = (uint8_t)plane;
     return true;
 }
@@ -114,6 +119,48 @@ static bool read_stencil(assembler *assembler, pass_decl *pass)
            (!lex_accept(lex, "write") || read_byte(lex, "the write mask", &pass->stencil_write_mask));
 }
 
+static bool read_shader(assembler *assembler, pass_decl *pass)
+{
+    lexer *lex = &assembler->lex;
+    const program *program = assembler->program;
+    const char *names[KERNEL_MAX];
+    int kernels[KERNEL_MAX], count = 0, found;
+    for (int i = 0; i < program->kernel_count; i++) {
+        if (program->kernels[i].is_shader) {
+            names[count] = program->kernels[i].name;
+            kernels[count++] = i;
+        }
+    }
+    if (pass->shader >= 0)
+        return lex_error(lex, lex_peek(lex), "a pass runs one shader");
+    if (!lex_lookup(lex, "shader", names, count, &found))
+        return false;
+    pass->shader = kernels[found];
+    if (!lex_accept(lex, "keep"))
+        return true;
+    uint8_t field;
+    if (!assemble_predicate(lex, &field))
+        return false;
+    pass->keep = field & 7;
+    pass->keep_negated = field >> 3;
+    return true;
+}
+
+// color, premul, or a colour register that the shader leaves.
+static bool read_target_source(assembler *assembler, const pass_decl *pass, int *source)
+{
+    lexer *lex = &assembler->lex;
+    const token token = lex_peek(lex);
+    if (token.length == 2 && token.text[0] == 'c' && token.text[1] >= '0' && token.text[1] < '0' + COLOR_COUNT - 1) {
+        if (pass->shader < 0)
+            return lex_error(lex, token, "without a shader above there is nothing in c0 to c%d", COLOR_COUNT - 2);
+        *source = SOURCE_COLOR + token.text[1] - '0';
+        lex_take(lex);
+        return true;
+    }
+    return assemble_fragment_color(assembler, source);
+}
+
 static bool read_target(assembler *assembler, pass_decl *pass)
 {
     lexer *lex = &assembler->lex;
@@ -123,7 +170,7 @@ static bool read_target(assembler *assembler, pass_decl *pass)
     int plane, blend = -1, source;
     if (!assemble_plane(assembler, &plane) || !plane_is(assembler, plane, FORMAT_CLASS_COLOR, "a colour plane", at) ||
         (!lex_accept(lex, "replace") && !assemble_blend(assembler, &blend)) ||
-        !assemble_fragment_color(assembler, &source))
+        !read_target_source(assembler, pass, &source))
         return false;
     pass->targets[pass->target_count].plane = plane;
     pass->targets[pass->target_count].blend = blend;
@@ -138,20 +185,35 @@ static bool read_count(assembler *assembler, pass_decl *pass)
     return assemble_query(assembler, &pass->query);
 }
 
+// A full-screen pass has no fragment: no depth to test, no colour but the shader's.
+static bool check_fullscreen(assembler *assembler, const kernel_decl *kernel)
+{
+    const pass_decl *pass = &kernel->pass;
+    const kernel_decl *shader = pass->shader >= 0 ? &assembler->program->kernels[pass->shader] : NULL;
+    bool fragment = pass->clip_count > 0 || pass->depth_plane >= 0 || (shader && !shader->fullscreen);
+    for (int i = 0; i < pass->target_count; i++)
+        fragment |= pass->targets[i].source >= SOURCE_FRAGMENT_COLOR;
+    if (kernel->fullscreen && fragment)
+        return lex_error(&assembler->lex, lex_peek(&assembler->lex),
+                         "a fullscreen pass has no fragment: no clip, no depth test, a fullscreen shader, targets from c0 to c6");
+    return true;
+}
+
 bool assemble_pass(assembler *assembler, kernel_decl *kernel)
 {
-    static bool (*const readers[])(struct assembler *, pass_decl *) = {read_clip, read_depth, read_stencil, read_target, read_count};
-    static const char *const names[] = {"clip", "depth", "stencil", "target", "count", "end"};
-    enum { END = 5 };
+    static bool (*const readers[])(struct assembler *, pass_decl *) = {read_shader, read_clip, read_depth,
+                                                                               read_stencil, read_target, read_count};
+    static const char *const names[] = {"shader", "clip", "depth", "stencil", "target", "count", "end"};
+    enum { END = 6 };
     lexer *lex = &assembler->lex;
     pass_decl *pass = &kernel->pass;
-    pass->depth_plane = pass->stencil_plane = pass->query = -1;
+    pass->shader = pass->depth_plane = pass->stencil_plane = pass->query = -1;
     while (lex_line(lex)) {
         int which;
         if (!lex_lookup(lex, "part of a pass", names, END + 1, &which))
             continue;
         if (which == END)
-            return lex_finish(lex);
+            return lex_finish(lex) && check_fullscreen(assembler, kernel);
         if (readers[which](assembler, pass))
             lex_finish(lex);
         if (lex->errors >= ERROR_MAX)

@@ -26,6 +26,8 @@ static bool read_kernel_name(assembler *assembler, step *step, bool fullscreen)
     int kernel;
     if (!lex_lookup(&assembler->lex, "kernel", names, program->kernel_count, &kernel))
         return false;
+    if (program->kernels[kernel].is_shader)
+        return lex_error(&assembler->lex, at, "'%s' is a shader; a pass runs it", names[kernel]);
     if (program->kernels[kernel].fullscreen != fullscreen)
         return lex_error(&assembler->lex, at,
                          fullscreen ? "kernel '%s' is for fragments; declare it 'kernel %s fullscreen'"
@@ -72,11 +74,6 @@ static bool read_clear(assembler *assembler, step *step)
     return lex_error(lex, at, "plane '%s' is cleared to near, far, far.FORMAT, stencil_max, an integer or a float", decl->name);
 }
 
-static bool planes_match(const plane_decl *a, const plane_decl *b)
-{
-    return a->kind == b->kind && (a->kind != PLANE_FORMAT || a->format == b->format);
-}
-
 static bool read_two_planes(assembler *assembler, step *step)
 {
     int first, second;
@@ -113,12 +110,14 @@ static bool read_query(assembler *assembler, step *step)
     return true;
 }
 
-// Closes the innermost `repeat` or `if`; false if there is none of that kind.
+// Closes the innermost `repeat` or `if`, also if it is the wrong one, so that one mistake gives one message.
 static bool close_block(assembler *assembler, int *open, int *depth, step_kind kind, token at)
 {
     program *program = assembler->program;
-    if (*depth == 0 || program->steps[open[*depth - 1]].kind != kind)
+    if (*depth == 0 || program->steps[open[*depth - 1]].kind != kind) {
+        *depth -= *depth > 0;
         return lex_error(&assembler->lex, at, kind == STEP_REPEAT ? "'while' without 'repeat'" : "'end' inside 'repeat': close it with 'while'");
+    }
     const int start = open[--*depth];
     program->steps[start].target = (uint16_t)program->step_count;
     program->steps[program->step_count].target = (uint16_t)start;

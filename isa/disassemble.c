@@ -114,7 +114,7 @@ static void print_instructions(const printer *p, const kernel_decl *kernel, cons
     for (int w = 0; w < count; w++)
         if (code[w].op == OP_skip && w + code[w].b <= WORD_MAX)
             label[w + code[w].b] = true;
-    fprintf(p->out, "\nkernel %s%s\n", kernel->name, kernel->fullscreen ? " fullscreen" : "");
+    fprintf(p->out, "\n%s %s%s\n", kernel->is_shader ? "shader" : "kernel", kernel->name, kernel->fullscreen ? " fullscreen" : "");
     for (int w = 0; w <= count; w++) {
         if (label[w])
             fprintf(p->out, "  L%d:\n", w);
@@ -148,7 +148,13 @@ static void print_pass(const printer *p, const kernel_decl *kernel)
 {
     const pass_decl *pass = &kernel->pass;
     const program *program = p->program;
-    fprintf(p->out, "\npass %s\n", kernel->name);
+    fprintf(p->out, "\npass %s%s\n", kernel->name, kernel->fullscreen ? " fullscreen" : "");
+    if (pass->shader >= 0) {
+        fprintf(p->out, "    shader %s", program->kernels[pass->shader].name);
+        if (pass->keep || pass->keep_negated)
+            fprintf(p->out, " keep %sp%d", pass->keep_negated ? "!" : "", pass->keep);
+        fputc('\n', p->out);
+    }
     for (int i = 0; i < pass->clip_count; i++)
         print_clip(p, &pass->clips[i]);
     if (pass->stencil_plane >= 0) {
@@ -163,10 +169,12 @@ static void print_pass(const printer *p, const kernel_decl *kernel)
     if (pass->depth_plane >= 0)
         fprintf(p->out, "    depth %s %s%s\n", compare_function_names[pass->depth_function],
                 program->planes[pass->depth_plane].name, pass->depth_write ? "" : " read_only");
-    for (int i = 0; i < pass->target_count; i++)
-        fprintf(p->out, "    target %s %s %s\n", program->planes[pass->targets[i].plane].name,
-                pass->targets[i].blend < 0 ? "replace" : program->blends[pass->targets[i].blend].name,
-                pass->targets[i].source == SOURCE_FRAGMENT_COLOR ? "color" : "premul");
+    for (int i = 0; i < pass->target_count; i++) {
+        fprintf(p->out, "    target %s %s ", program->planes[pass->targets[i].plane].name,
+                pass->targets[i].blend < 0 ? "replace" : program->blends[pass->targets[i].blend].name);
+        print_source(p, (uint8_t)pass->targets[i].source);
+        fputc('\n', p->out);
+    }
     if (pass->query >= 0)
         fprintf(p->out, "    count %s\n", program->queries[pass->query].name);
     fputs("end\n", p->out);

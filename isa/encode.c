@@ -85,6 +85,9 @@ static void walk_value(walker *w, value *value)
 
 static void walk_pass(walker *w, pass_decl *pass, const program *p)
 {
+    WALK(w, pass->shader, -1, p->kernel_count);
+    WALK(w, pass->keep, 0, PREDICATE_COUNT);
+    WALK(w, pass->keep_negated, 0, 2);
     WALK(w, pass->clip_count, 0, CLIP_MAX + 1);
     for (int i = 0; i < pass->clip_count; i++) {
         WALK(w, pass->clips[i].function, 0, BOUND_greater + 1);
@@ -107,7 +110,7 @@ static void walk_pass(walker *w, pass_decl *pass, const program *p)
     for (int i = 0; i < pass->target_count; i++) {
         WALK(w, pass->targets[i].plane, 0, p->plane_count);
         WALK(w, pass->targets[i].blend, -1, p->blend_count);
-        WALK(w, pass->targets[i].source, SOURCE_FRAGMENT_COLOR, SOURCE_FRAGMENT_PREMUL + 1);
+        WALK(w, pass->targets[i].source, SOURCE_COLOR, SOURCE_FRAGMENT_PREMUL + 1);
     }
     WALK(w, pass->query, -1, p->query_count);
 }
@@ -143,6 +146,7 @@ static void walk_kernel(walker *w, kernel_decl *kernel, const program *p)
     walk_name(w, kernel->name);
     WALK(w, kernel->fullscreen, 0, 2);
     WALK(w, kernel->is_pass, 0, 2);
+    WALK(w, kernel->is_shader, 0, 2);
     if (kernel->is_pass) {
         walk_pass(w, &kernel->pass, p);
         return;

@@ -218,6 +218,9 @@ typedef struct clip_decl { bound_function function; uint8_t plane[CLIP_MAX]; int
 
 // Fixed-function state of one geometry pass, as declared. Plane numbers index program.planes; -1: off.
 typedef struct pass_decl {
+    int shader;                           // kernel that runs first, for each fragment, on the shader cores
+    uint8_t keep;                         // fragments for which this predicate of the shader is false are
+    bool keep_negated;                    // discarded (or true, if negated); p0: none
     clip_decl clips[CLIP_MAX];            // fragment depth FUNCTION min(planes), read as textures; all must hold
     int clip_count;
     int depth_plane;
@@ -228,6 +231,7 @@ typedef struct pass_decl {
     uint8_t stencil_reference, stencil_mask, stencil_write_mask;
     stencil_operation stencil_fail, stencil_depth_fail, stencil_pass;
     struct { int plane; int blend; int source; } targets[TARGET_MAX];  // blend -1: replace; source: SOURCE_FRAGMENT_*
+                                                                       // or the shader's c0..c6, SOURCE_COLOR + i
     int target_count;
     int query;
 } pass_decl;
@@ -236,6 +240,7 @@ typedef struct kernel_decl {
     char name[NAME_SIZE];
     bool fullscreen;            // once a sample, no fragment inputs
     bool is_pass;               // declared as fixed-function state
+    bool is_shader;             // run by passes: may read planes as textures, but not touch them
     pass_decl pass;
     uint32_t words[WORD_MAX];   // empty for a pass: bind_program lowers it for the machine
     int word_lines[WORD_MAX];   // source line of each word, 0 if it came from words
@@ -286,6 +291,12 @@ typedef struct program {
 status assemble_text(const char *file, const char *text, size_t size, const report *report, program **program);
 // The same from a .rop file of at most 1 MiB.
 status assemble_file(const char *path, const report *report, program **program);
+// With values for the program's parameters (`param` lines); one that it does not declare is an error.
+typedef struct parameter { char name[NAME_SIZE]; long value; } parameter;
+status assemble_text_with(const char *file, const char *text, size_t size, const parameter *parameters,
+                          int parameter_count, const report *report, program **program);
+status assemble_file_with(const char *path, const parameter *parameters, int parameter_count, const report *report,
+                          program **program);
 void program_destroy(program *program);  // NULL is fine
 
 // Canonical text: assembling it and disassembling again gives the same bytes.

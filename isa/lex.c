@@ -60,7 +60,7 @@ bool lex_line(lexer *lexer)
             end = lexer->end;
         lexer->line_text = lexer->next;
         lexer->line_length = (int)(end - lexer->next);
-        lexer->line++;
+        lexer->line = lexer->line_map ? lexer->line_map[lexer->count++] : lexer->line + 1;
         lexer->next = end < lexer->end ? end + 1 : end;
         split_line(lexer);
         if (lexer->token_count)
@@ -95,25 +95,43 @@ bool lex_accept(lexer *lexer, const char *word)
     return true;
 }
 
-bool lex_error(lexer *lexer, token at, const char *format, ...)
+PRINTF_LIKE(4, 0)
+static void say_error(lexer *lexer, int line, token at, const char *format, va_list arguments)
 {
     if (++lexer->errors > ERROR_MAX)
-        return false;
+        return;
     char text[512];
-    va_list arguments;
-    va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
     enum { SHOWN = 160 };
-    const int shown = lexer->line_length < SHOWN ? lexer->line_length : SHOWN;
+    const char *const line_text = at.text - (at.column - 1);
+    int shown = 0;
+    while (shown < SHOWN && line_text + shown < lexer->end && line_text[shown] != '\n')
+        shown++;
     char caret[SHOWN + 2];
     int column = at.column - 1 < shown ? at.column - 1 : shown;
     for (int i = 0; i < column; i++)
-        caret[i] = lexer->line_text[i] == '\t' ? '\t' : ' ';
+        caret[i] = line_text[i] == '\t' ? '\t' : ' ';
     caret[column] = '^';
     caret[column + 1] = 0;
-    report_error(lexer->report, STATUS_REFUSED, "%s:%d:%d: %s\n    %.*s\n    %s", lexer->file, lexer->line, at.column,
-                 text, shown, lexer->line_text, caret);
+    report_error(lexer->report, STATUS_REFUSED, "%s:%d:%d: %s\n    %.*s\n    %s", lexer->file, line, at.column, text,
+                 shown, line_text, caret);
+}
+
+bool lex_error(lexer *lexer, token at, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    say_error(lexer, lexer->line, at, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+bool lex_error_in_line(lexer *lexer, int line, token at, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    say_error(lexer, line, at, format, arguments);
+    va_end(arguments);
     return false;
 }
 
@@ -219,7 +237,7 @@ bool lex_lookup(lexer *lexer, const char *what, const char *const *names, int co
             return true;
         }
         const int distance = edit_distance(token.text, token.length, names[i]);
-        if (distance < best_distance && distance < token.length) {
+        if (distance < best_distance && 2 * distance <= token.length) {
             best = i;
             best_distance = distance;
         }
@@ -227,9 +245,15 @@ bool lex_lookup(lexer *lexer, const char *what, const char *const *names, int co
     if (best >= 0)
         return lex_error(lexer, token, "there is no %s '%.*s'; did you mean '%s'?", what, token.length, token.text,
                          names[best]);
-    char accepted[256] = "";
+    char accepted[384] = "";
     size_t used = 0;
-    for (int i = 0; i < count && used + NAME_SIZE + 2 < sizeof accepted; i++)
+    for (int i = 0; i < count; i++) {
+        if (used + NAME_SIZE + 8 > sizeof accepted) {
+            snprintf(accepted + used, sizeof accepted - used, ", ...");
+            break;
+        }
         used += (size_t)snprintf(accepted + used, sizeof accepted - used, "%s%s", i ? ", " : "", names[i]);
-    return lex_error(lexer, token, "expected a %s: %s", what, count ? accepted : "none is declared yet");
+    }
+    return lex_error(lexer, token, "expected a%s %s: %s", strchr("aeiou", *what) ? "n" : "", what,
+                     count ? accepted : "none is declared yet");
 }

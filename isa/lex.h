@@ -17,6 +17,8 @@ typedef struct lexer {
     const char *file, *next, *end;
     const char *line_text;
     int line_length, line;
+    const int *line_map;  // of unrolled text: source line of each line; NULL: as counted
+    int count;            // lines read
     token tokens[TOKEN_MAX + 1];
     int token_count, at;
     const report *report;
@@ -33,6 +35,8 @@ bool lex_is(token token, const char *word);
 bool lex_accept(lexer *lexer, const char *word);
 // Says an error at a token: file:line:column, what is wrong, the line and a caret. Always false.
 bool lex_error(lexer *lexer, token at, const char *format, ...) PRINTF_LIKE(3, 4);
+// The same for a token of an earlier line.
+bool lex_error_in_line(lexer *lexer, int line, token at, const char *format, ...) PRINTF_LIKE(4, 5);
 bool lex_expect(lexer *lexer, const char *word);
 // Fails if anything is left on the line.
 bool lex_finish(lexer *lexer);

@@ -1,12 +1,13 @@
 // A fixed-function pass in, the same instructions that a kernel is made of out.
 //
-// The order is the hardware's (GL 4.6 17.3, D3D11.3 17): range clip in the fragment shader, stencil test,
+// The order is the hardware's (GL 4.6 17.3, D3D11.3 17): the shader, range clip, stencil test,
 // depth test, stencil update, depth write, blend, count. Predicates: alive after the clip, passed the
 // stencil test, passed both. A plane is read only where the state asks for its value, and only by fragments
 // that got so far; the shader's clip reads its maps for every fragment.
 #include "bind.h"
 
 enum { R_MAP, R_BOUND, R_DEPTH_IN, R_STENCIL, R_MASKED, R_DEPTH, R_NEW };
+enum { C_TARGET = SOURCE_COLOR + COLOR_COUNT - 1 };  // c0 to c6 are the shader's
 enum { P_ALWAYS, P_ALIVE, P_STENCIL, P_STENCIL_FAIL, P_PASS, P_DEPTH_FAIL };
 
 typedef struct lowering {
@@ -39,10 +40,24 @@ static void emit_compare(lowering *l, int guard, int d, compare_function functio
     }
 }
 
-static int lower_clips(lowering *l, const pass_decl *pass)
+// The shader's instructions as they are; then its verdict as P_ALIVE, since the pass uses the other predicates.
+static int lower_shader(lowering *l, const pass_decl *pass)
+{
+    if (pass->shader < 0)
+        return P_ALWAYS;
+    const kernel_decl *shader = &l->bound->source->kernels[pass->shader];
+    for (int w = 0; w < shader->word_count && l->count < LOWERED_MAX; w++)
+        word_decode(shader->words[w], &l->words[l->count++]);
+    if (!pass->keep && !pass->keep_negated)
+        return P_ALWAYS;
+    const int keep = pass->keep | pass->keep_negated << 3;
+    emit(l, P_ALWAYS, OP_pand, P_ALIVE, keep, keep, 0);
+    return P_ALIVE;
+}
+
+static int lower_clips(lowering *l, const pass_decl *pass, int alive)
 {
     static const compare_function functions[] = {COMPARE_less, COMPARE_lequal, COMPARE_equal, COMPARE_gequal, COMPARE_greater};
-    int alive = P_ALWAYS;
     for (int i = 0; i < pass->clip_count; i++) {
         const clip_decl *clip = &pass->clips[i];
         const format format = l->bound->plane_formats[clip->plane[0]];
@@ -143,16 +158,16 @@ static void lower_targets(lowering *l, const pass_decl *pass, int guard)
             emit(l, guard, OP_st, plane, source, 0, 0);
             continue;
         }
-        emit(l, guard, OP_ld, SOURCE_COLOR, plane, 0, 0);
-        emit(l, guard, OP_blend, SOURCE_COLOR, source, SOURCE_COLOR, pass->targets[i].blend);
-        emit(l, guard, OP_st, plane, SOURCE_COLOR, 0, 0);
+        emit(l, guard, OP_ld, C_TARGET, plane, 0, 0);
+        emit(l, guard, OP_blend, C_TARGET, source, C_TARGET, pass->targets[i].blend);
+        emit(l, guard, OP_st, plane, C_TARGET, 0, 0);
     }
 }
 
 bool lower_pass(bound_program *bound, const pass_decl *pass, instruction *words, int *count)
 {
     lowering l = {bound, words, 0};
-    const int alive = lower_clips(&l, pass);
+    const int alive = lower_clips(&l, pass, lower_shader(&l, pass));
     const int tested = lower_stencil_test(&l, pass, alive);
     const int passed = lower_depth_test(&l, pass, tested);
     if (pass->stencil_plane >= 0) {

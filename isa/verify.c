@@ -93,6 +93,8 @@ status verify_program(const program *program, const char *file, const rop_limits
     verifier v = {program, file, limits, report, 0};
     verify_planes(&v);
     for (int i = 0; i < program->kernel_count; i++) {
+        if (program->kernels[i].is_shader)
+            continue;  // runs on the shader cores, not in the ROP
         if (program->kernels[i].is_pass)
             verify_pass(&v, &program->kernels[i]);
         else
