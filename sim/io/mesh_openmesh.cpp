@@ -6,7 +6,7 @@
 #include "mesh_reader.h"
 
 #include <OpenMesh/Core/IO/MeshIO.hh>
-#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/Mesh/BaseKernel.hh>
 
 #include <strings.h>
 #include <unistd.h>
@@ -163,7 +163,7 @@ class SoupImporter final : public OpenMesh::IO::BaseImporter
     void set_normal(FaceHandle, const OpenMesh::Vec3d &) override {}
     void add_texture_information(int, std::string) override {}
 
-    // Readers look up named properties here; an empty mesh has none.
+    // Readers look up named properties here; there are none.
     OpenMesh::BaseKernel *kernel() override
     {
         return &no_properties_;
@@ -215,7 +215,8 @@ class SoupImporter final : public OpenMesh::IO::BaseImporter
     }
 
     uint64_t limit_;
-    OpenMesh::PolyMesh_ArrayKernelT<> no_properties_;
+    struct NoProperties : OpenMesh::BaseKernel {
+    } no_properties_;
 };
 
 template <int n> float (*copy_rows(Rows<n> &rows, size_t size))[n]
