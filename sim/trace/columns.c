@@ -14,12 +14,16 @@
 
 enum { LEARN_X = 1, LEARN_Y = 2 };
 
+// One fragment's four colours as the integers that their bits are.
+typedef uint32_t color_bits __attribute__((vector_size(16)));
+
 // What a fragment's values are guessed from; the same for depth and the four colours.
 struct columns {
     uint32_t from[BLOCK_MAX];              // index of an earlier fragment
     int16_t dx[BLOCK_MAX], dy[BLOCK_MAX];  // pixels from there
     uint8_t learn[BLOCK_MAX];
     uint32_t depth_floats[BLOCK_MAX];
+    color_bits colors[BLOCK_MAX];
 };
 
 columns *columns_create(void)
@@ -183,18 +187,35 @@ INLINE void decode_value(const columns *guide, uint32_t i, int bytes, void *valu
     learn(guide, i, value - base, slopes);
 }
 
-// Depth and colour side by side: each value waits for the one before it in its column, so five columns take little
-// longer than one. (The planes were merged before: in one loop, streams that lie powers of two apart would fight for
-// the same cache sets.)
-INLINE void decode_values(const columns *guide, int depth_bytes, void *depth, block *block)
+INLINE color_bits load_color(const block *block, uint32_t i)
 {
-    slopes slopes[5] = {{0, 0}};  // the first fragment is guessed to be 0: its difference is its value
+    uint32_t bits[4];
+    for (int c = 0; c < 4; c++)
+        memcpy(&bits[c], &block->rgba[c][i], sizeof bits[c]);
+    return (color_bits){bits[0], bits[1], bits[2], bits[3]};
+}
+
+// Depth and colour side by side: each value waits for the one before it in its column, so five columns take little
+// longer than one. The planes were merged before: in one loop, streams that lie powers of two apart would fight for
+// the same cache sets. `colors` keeps what is decoded, fragment by fragment, for the guesses.
+INLINE void decode_values(const columns *guide, int depth_bytes, void *depth, block *block, color_bits *colors)
+{
+    slopes slopes = {0, 0};  // the first fragment is guessed to be 0: its difference is its value
+    color_bits slope_x = {0}, slope_y = {0};
+    colors[0] = load_color(block, 0);
     for (uint32_t i = 1; i < block->count; i++) {
-        decode_value(guide, i, depth_bytes, depth, &slopes[4]);
-        decode_value(guide, i, 4, block->rgba[0], &slopes[0]);
-        decode_value(guide, i, 4, block->rgba[1], &slopes[1]);
-        decode_value(guide, i, 4, block->rgba[2], &slopes[2]);
-        decode_value(guide, i, 4, block->rgba[3], &slopes[3]);
+        decode_value(guide, i, depth_bytes, depth, &slopes);
+        color_bits base = colors[guide->from[i]], along_x = (uint32_t)guide->dx[i] * slope_x;
+        color_bits value = base + along_x + (uint32_t)guide->dy[i] * slope_y + load_color(block, i);
+        color_bits is_x = (color_bits){0} - (uint32_t)(guide->learn[i] & LEARN_X);
+        color_bits is_y = (color_bits){0} - (uint32_t)(guide->learn[i] / LEARN_Y);
+        colors[i] = value;
+        slope_x ^= (slope_x ^ (value - base)) & is_x;
+        slope_y ^= (slope_y ^ (value - base - along_x)) & is_y;
+        for (int c = 0; c < 4; c++) {
+            uint32_t bits = value[c];
+            memcpy(&block->rgba[c][i], &bits, sizeof bits);
+        }
     }
 }
 
@@ -232,10 +253,10 @@ void columns_decode(columns *columns, const uint8_t *planes, int depth_bits, blo
     for (int c = 0; c < 4; c++)
         planes = unpack_differences_4(planes, count, block->rgba[c]);
     if (depth_bits == 64) {
-        decode_values(columns, 8, depth, block);
+        decode_values(columns, 8, depth, block, columns->colors);
         return;
     }
-    decode_values(columns, 4, depth, block);
+    decode_values(columns, 4, depth, block, columns->colors);
     for (uint32_t i = 0; i < count; i++) {
         float value;
         memcpy(&value, &columns->depth_floats[i], 4);

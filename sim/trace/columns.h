@@ -4,7 +4,7 @@
 
 #include "block.h"
 
-// Working memory of both directions, 1.5 MB. Free with free().
+// Working memory of both directions, 2 MB. Free with free().
 typedef struct columns columns;
 columns *columns_create(void);
 

@@ -1,4 +1,5 @@
-// libFuzzer target: any bytes as a trace file. Binary ones get right checksums, so that the fuzzer reaches the rules behind them.
+// libFuzzer target: any bytes as a trace file. Binary ones get right checksums, so that the fuzzer reaches the rules
+// behind them.
 //
 // Built on request only, with clang:
 //   cmake -S . -B build-fuzz -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DROPSIM_FUZZ=ON \
