@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 struct aside {
@@ -17,6 +18,10 @@ status aside_create(const char *path, const report *report, aside **aside)
     enum { EXTRA = 32 };
     size_t size = strlen(path) + EXTRA;
     *aside = NULL;
+    struct stat existing;
+    // The rename would put a file in a device's place; a folder defends itself.
+    if (stat(path, &existing) == 0 && !S_ISREG(existing.st_mode) && !S_ISDIR(existing.st_mode))
+        return report_error(report, STATUS_IO, "%s: is not a regular file and is not replaced", path);
     struct aside *new = calloc(1, sizeof *new);
     char *temporary = malloc(size), *copy = strdup(path);
     if (!new || !temporary || !copy) {
