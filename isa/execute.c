@@ -1,6 +1,6 @@
 // One dispatch: a kernel over one batch of up to 64 lanes, instruction by instruction, each instruction over
 // all lanes with vector instructions. Compiled once for each vector width (EXECUTE_BYTES, EXECUTE_NAME); every
-// width gives the same bits, since each lane's arithmetic is IEEE binary32 with one rounding an operation.
+// width gives the same bits, since each lane's arithmetic is IEEE binary32 with one rounding an operation and one NaN.
 //
 // A predicate is one 64-bit word, a bit a lane: logic on predicates is logic on words, an instruction that no
 // lane wants is passed over, one that all want needs no mask, and lanes are counted by counting bits. Lane masks
@@ -92,7 +92,7 @@ INLINED vf color_lanes(const dispatch *x, bound_source s, int channel, int v)
     const vf value = (vf)load(color_channel(x, s, channel), v);
     if (s.color != PLACE_PREMULTIPLIED || channel == 3)
         return value;
-    return value * (vf)load((const uint32_t *)(const void *)x->batch->rgba[3], v);
+    return canonical(value * (vf)load((const uint32_t *)(const void *)x->batch->rgba[3], v));
 }
 
 INLINED void write_plane(dispatch *x, const bound_instruction *i, uint64_t lanes, span n)
@@ -230,10 +230,10 @@ INLINED void run(dispatch *x, const bound_kernel *kernel, uint64_t *counts, span
         case OP_xor: WRITE_REGISTER(A ^ B); break;
         case OP_min: WRITE_REGISTER(lanes_min(A, B)); break;
         case OP_max: WRITE_REGISTER(lanes_max(A, B)); break;
-        case OP_fadd: WRITE_REGISTER(FA + FB); break;
-        case OP_fsub: WRITE_REGISTER(FA - FB); break;
-        case OP_fmul: WRITE_REGISTER(FA * FB); break;
-        case OP_fdiv: WRITE_REGISTER(FA / FB); break;
+        case OP_fadd: WRITE_REGISTER(canonical(FA + FB)); break;
+        case OP_fsub: WRITE_REGISTER(canonical(FA - FB)); break;
+        case OP_fmul: WRITE_REGISTER(canonical(FA * FB)); break;
+        case OP_fdiv: WRITE_REGISTER(canonical(FA / FB)); break;
         case OP_fpow: EACH_LANE(execute_fpow(a[lane], b[lane])); break;
         case OP_ftou: EACH_LANE(execute_ftou(a[lane])); break;
         case OP_utof: EACH_LANE(execute_utof(a[lane])); break;

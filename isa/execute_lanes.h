@@ -76,6 +76,18 @@ static inline vu lanes_max(vu a, vu b)
     return pick((vu)(a < b), b, a);
 }
 
+// A result that is NaN is the one quiet NaN. Which operand's NaN an addition hands on, and the sign of a new one,
+// differ between processors and with the compiler's order of operands.
+static inline vf canonical(vf value)
+{
+    const vu nan = (vu){0} + 0x7fc00000u;
+#if defined(__x86_64__) && EXECUTE_BYTES == 64
+    return (vf)_mm512_mask_mov_ps((__m512)nan, _mm512_cmp_ps_mask((__m512)value, (__m512)value, _CMP_ORD_Q), (__m512)value);
+#else
+    return (vf)pick((vu)(value == value), (vu)value, nan);
+#endif
+}
+
 // What a store in the format keeps of a colour component; the vector twin of format_round_component.
 static inline vf round_component(format format, vf value)
 {
@@ -122,8 +134,8 @@ static inline vf blend_weight(blend_factor factor, const vf s[4], const vf t[4],
 static inline void blend_under(const vf s[4], const vf t[4], vf out[4])
 {
     for (int channel = 0; channel < 3; channel++)
-        out[channel] = s[channel] * t[3] + t[channel] * 1.0f;
-    out[3] = s[3] * 0.0f + t[3] * (1.0f - s[3]);
+        out[channel] = canonical(s[channel] * t[3] + t[channel] * 1.0f);
+    out[3] = canonical(s[3] * 0.0f + t[3] * (1.0f - s[3]));
 }
 
 // D3D11.3 17.6: a weight of zero still multiplies, so a NaN comes through; min and max drop a NaN.
@@ -132,9 +144,9 @@ static inline vf blend_channel(blend_equation equation, blend_factor source, ble
 {
     const vf a = s[channel], b = t[channel];
     switch (equation) {
-    case EQUATION_add: return a * blend_weight(source, s, t, channel) + b * blend_weight(destination, s, t, channel);
-    case EQUATION_subtract: return a * blend_weight(source, s, t, channel) - b * blend_weight(destination, s, t, channel);
-    case EQUATION_reverse_subtract: return b * blend_weight(destination, s, t, channel) - a * blend_weight(source, s, t, channel);
+    case EQUATION_add: return canonical(a * blend_weight(source, s, t, channel) + b * blend_weight(destination, s, t, channel));
+    case EQUATION_subtract: return canonical(a * blend_weight(source, s, t, channel) - b * blend_weight(destination, s, t, channel));
+    case EQUATION_reverse_subtract: return canonical(b * blend_weight(destination, s, t, channel) - a * blend_weight(source, s, t, channel));
     case EQUATION_min: return (vf)pick((vu)(a < b) | (vu)(b != b), (vu)a, (vu)b);
     case EQUATION_max: return (vf)pick((vu)(a > b) | (vu)(b != b), (vu)a, (vu)b);
     case BLEND_EQUATION_COUNT: break;

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+static const uint32_t QUIET_NAN = 0x7fc00000u;  // the only one that arithmetic makes
+
 static float as_float(uint32_t bits)
 {
     float value;
@@ -52,7 +54,7 @@ uint32_t execute_fpow(uint32_t a, uint32_t b)
     if (y == 0.0 || x == 1.0)
         return as_bits(1.0f);
     if (isnan(x) || isnan(y) || x < 0.0)
-        return 0x7fc00000u;
+        return QUIET_NAN;
     if (x == 0.0 || isinf(x) || isinf(y))
         return as_bits((x < 1.0) == (y > 0.0) ? 0.0f : INFINITY);
     double power = y * log2_of(x);
@@ -75,5 +77,6 @@ uint32_t execute_utof(uint32_t a)
 
 uint32_t execute_ztof(format format, uint32_t code, bool reversed)
 {
-    return as_bits((float)format_code_to_depth(format, code, reversed));
+    const float depth = (float)format_code_to_depth(format, code, reversed);
+    return isnan(depth) ? QUIET_NAN : as_bits(depth);  // a z32f code may be any bits
 }
