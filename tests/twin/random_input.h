@@ -19,15 +19,16 @@ void random_image_free(twin_image *image);
 trace *random_image_open(const twin_image *image);
 
 // A program text: every opcode, blend state, stencil operation and step may occur; its loops need a limit.
-// fixed_function: declared passes only. nan: floating-point arithmetic may meet and make NaN.
+// fixed_function: declared passes only.
 typedef struct program_text { char text[65536]; size_t size; } program_text;
 void random_program(dice *dice, bool fixed_function, program_text *text);
 
 // A machine by name with random formats and widths.
 void random_machine(dice *dice, const char *name, machine *machine);
 
+bool runs_on(const program *program, const machine *machine);  // no part of it is refused
 // Replays and compares in several ways of running: threads, vector widths, budgets of memory. Returns false and
-// prints what differs, with the program, if anything does. Programs that the machine refuses pass unless must_run.
+// prints what differs, with the program, if anything does.
 bool same_as_twin(const program *program, const machine *machine, const twin_image *image, uint64_t max_iterations,
                   double occlusion_ratio, const char *label);
 

@@ -80,9 +80,17 @@ static void count_pass(twin *twin, uint8_t classes)
         result->passes_by_class[c] += counted[c];
 }
 
-static void draw(twin *twin, const step *step)
+static void run_kernel(twin *twin, const step *step, uint64_t sample, const twin_fragment *fragment)
 {
     const kernel_decl *kernel = &twin->program->kernels[step->kernel];
+    if (kernel->is_pass)
+        twin_pass(twin, &kernel->pass, sample, fragment);
+    else
+        twin_kernel(twin, kernel, sample, fragment);
+}
+
+static void draw(twin *twin, const step *step)
+{
     count_pass(twin, step->classes);
     for (uint32_t i = 0; i < twin->image->fragment_count; i++) {
         const twin_fragment *fragment = &twin->image->fragments[i];
@@ -90,10 +98,7 @@ static void draw(twin *twin, const step *step)
         if (!(step->classes >> twin->image->classes[fragment->draw] & 1))
             continue;
         twin->result->fragments_replayed += step->classes != DRAW_OPAQUE;
-        if (kernel->is_pass)
-            twin_pass(twin, &kernel->pass, sample, fragment);
-        else
-            twin_kernel(twin, kernel, sample, fragment);
+        run_kernel(twin, step, sample, fragment);
     }
 }
 
@@ -101,7 +106,7 @@ static void fullscreen(twin *twin, const step *step)
 {
     twin->result->fullscreen_passes++;
     for (uint64_t sample = 0; sample < twin->sample_count; sample++)
-        twin_kernel(twin, &twin->program->kernels[step->kernel], sample, NULL);
+        run_kernel(twin, step, sample, NULL);
 }
 
 static void run_schedule(twin *twin, uint64_t max_iterations, double occlusion_ratio)

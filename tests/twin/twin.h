@@ -70,7 +70,10 @@ typedef struct twin {
 
 // One fragment through a kernel's words; `fragment` NULL in a full-screen pass (twin_kernel.c).
 void twin_kernel(twin *twin, const kernel_decl *kernel, uint64_t sample, const twin_fragment *fragment);
-// One fragment through a declared pass (twin_pass.c).
+// One fragment through a pass's shader: what it leaves in its colours, and whether it keeps the fragment.
+bool twin_shader(twin *twin, const pass_decl *pass, uint64_t sample, const twin_fragment *fragment,
+                 uint32_t colors[COLOR_COUNT][4]);
+// One fragment through a declared pass; `fragment` NULL in a full-screen pass (twin_pass.c).
 void twin_pass(twin *twin, const pass_decl *pass, uint64_t sample, const twin_fragment *fragment);
 
 typedef enum twin_access { TWIN_READ, TWIN_TEXTURE } twin_access;

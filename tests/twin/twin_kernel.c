@@ -1,4 +1,4 @@
-// One fragment through the words of one kernel, as opcodes.def tells it. All registers start at zero.
+// One fragment through the words of one kernel or shader, as opcodes.def tells it. All registers start at zero.
 #include "twin.h"
 
 #include "../../isa/execute_math.h"
@@ -142,19 +142,33 @@ static int execute(lane *l, instruction i)
     return 1;
 }
 
-void twin_kernel(twin *twin, const kernel_decl *kernel, uint64_t sample, const twin_fragment *fragment)
+static void run(lane *l, const kernel_decl *kernel)
 {
-    lane l = {.twin = twin, .sample = sample, .fragment = fragment};
-    l.p[0] = true;
+    l->p[0] = true;
     for (int at = 0; at < kernel->word_count;) {
         instruction i;
         word_decode(kernel->words[at], &i);
-        if (l.p[i.guard] != i.guard_negated) {
-            at += execute(&l, i);
+        if (l->p[i.guard] != i.guard_negated) {
+            at += execute(l, i);
             continue;
         }
         if (opcode_table[i.op].d == OPERAND_PRED)  // a compare whose guard is false writes false
-            l.p[i.d] = false;
+            l->p[i.d] = false;
         at++;
     }
+}
+
+void twin_kernel(twin *twin, const kernel_decl *kernel, uint64_t sample, const twin_fragment *fragment)
+{
+    lane l = {.twin = twin, .sample = sample, .fragment = fragment};
+    run(&l, kernel);
+}
+
+bool twin_shader(twin *twin, const pass_decl *pass, uint64_t sample, const twin_fragment *fragment,
+                 uint32_t colors[COLOR_COUNT][4])
+{
+    lane l = {.twin = twin, .sample = sample, .fragment = fragment};
+    run(&l, &twin->program->kernels[pass->shader]);
+    memcpy(colors, l.c, sizeof l.c);
+    return l.p[pass->keep] != pass->keep_negated;
 }

@@ -1,7 +1,9 @@
-// One fragment through declared fixed-function state: clip, stencil test, depth test, stencil update, depth write,
+// One fragment through declared fixed-function state: shader, clip, stencil test, depth test, stencil update, depth write,
 // targets, query. A plane is read where the state needs its value, by fragments that got so far; the clip's
 // maps are read by all.
 #include "twin.h"
+
+#include <string.h>
 
 static bool holds(compare_function function, double x, double y)
 {
@@ -100,11 +102,15 @@ static void update_stencil(twin *twin, const pass_decl *pass, uint64_t sample, s
     twin_store(twin, pass->stencil_plane, sample, &(uint32_t){(value & mask) | (stored & ~mask)});
 }
 
-static void write_targets(twin *twin, const pass_decl *pass, uint64_t sample, const twin_fragment *fragment)
+static void write_targets(twin *twin, const pass_decl *pass, uint64_t sample, const twin_fragment *fragment,
+                          uint32_t shaded[COLOR_COUNT][4])
 {
     for (int i = 0; i < pass->target_count; i++) {
         uint32_t source[4], stored[4];
-        twin_color(fragment, pass->targets[i].source, source);
+        if (pass->targets[i].source >= SOURCE_FRAGMENT_COLOR)
+            twin_color(fragment, pass->targets[i].source, source);
+        else
+            memcpy(source, shaded[pass->targets[i].source - SOURCE_COLOR], sizeof source);
         if (pass->targets[i].blend >= 0) {
             twin_load(twin, pass->targets[i].plane, sample, TWIN_READ, stored);
             twin_blend(twin, pass->targets[i].blend, source, stored, source);
@@ -115,7 +121,8 @@ static void write_targets(twin *twin, const pass_decl *pass, uint64_t sample, co
 
 void twin_pass(twin *twin, const pass_decl *pass, uint64_t sample, const twin_fragment *fragment)
 {
-    bool alive = true;
+    uint32_t shaded[COLOR_COUNT][4];
+    bool alive = pass->shader < 0 || twin_shader(twin, pass, sample, fragment, shaded);
     for (int i = 0; i < pass->clip_count; i++)
         alive = clip_keeps(twin, &pass->clips[i], sample, fragment) && alive;
     if (!alive)
@@ -137,7 +144,7 @@ void twin_pass(twin *twin, const pass_decl *pass, uint64_t sample, const twin_fr
         update_stencil(twin, pass, sample, pass->stencil_pass, stencil);
     if (pass->depth_plane >= 0 && pass->depth_write)
         twin_store(twin, pass->depth_plane, sample, &code);
-    write_targets(twin, pass, sample, fragment);
+    write_targets(twin, pass, sample, fragment, shaded);
     if (pass->query >= 0)
         twin->queries[pass->query]++;
 }
