@@ -25,7 +25,9 @@ uint8_t bind_constant(bound_program *bound, uint32_t bits)
     for (int i = bound->source->constant_count; i < bound->constant_count; i++)
         if (bound->constants[i] == bits)
             return (uint8_t)(SOURCE_CONSTANT + i);
-    if (bound->constant_count < BOUND_CONSTANT_MAX)
+    if (bound->constant_count == BOUND_CONSTANT_MAX)
+        bound->constants_full = true;
+    else
         bound->constants[bound->constant_count++] = bits;
     return (uint8_t)(SOURCE_CONSTANT + bound->constant_count - 1);
 }
@@ -167,7 +169,7 @@ static bool bind_kernel(bound_program *bound, int k)
     const kernel_decl *decl = &bound->source->kernels[k];
     bound_kernel *kernel = &bound->kernels[k];
     if (decl->is_pass) {
-        if (!lower_pass(bound, &decl->pass, kernel->words, &kernel->count))
+        if (!lower_pass(bound, &decl->pass, kernel->words, kernel->stages, &kernel->count))
             return false;
     } else {
         kernel->count = decl->word_count;
@@ -202,7 +204,14 @@ status bind_program(const program *program, const rop_limits *limits, bool rever
         bound->constants[bound->constant_count++] = bind_value(bound, &program->constants[i]);
     bound->kernels = calloc(program->kernel_count ? (size_t)program->kernel_count : 1, sizeof *bound->kernels);
     for (int k = 0; bound->kernels && k < program->kernel_count; k++) {
-        if (!bind_kernel(bound, k)) {
+        const bool fits = bind_kernel(bound, k);
+        if (bound->constants_full) {
+            bound_destroy(bound);
+            return report_error(report, STATUS_REFUSED,
+                                "with pass '%s' the passes need more than %d constants for their stencil values",
+                                program->kernels[k].name, BOUND_CONSTANT_MAX);
+        }
+        if (!fits) {
             bound_destroy(bound);
             return report_error(report, STATUS_REFUSED, "pass '%s' lowers to more than %d instructions",
                                 program->kernels[k].name, LOWERED_MAX);
@@ -233,6 +242,11 @@ const instruction *bound_instructions(const bound_program *bound, int kernel, in
 {
     *count = bound->kernels[kernel].count;
     return bound->kernels[kernel].words;
+}
+
+pass_stage bound_stage(const bound_program *bound, int kernel, int word)
+{
+    return (pass_stage)bound->kernels[kernel].stages[word];
 }
 
 uint32_t bound_constant(const bound_program *bound, int index)

@@ -48,6 +48,7 @@ typedef struct bound_instruction {
 typedef struct bound_kernel {
     bound_instruction code[LOWERED_MAX];
     instruction words[LOWERED_MAX];
+    uint8_t stages[LOWERED_MAX];           // pass_stage of each word
     uint32_t zero_registers, zero_colors;  // bit i: must start as zero, since it may be read before it is written
     int count;
     bool has_skip;
@@ -62,14 +63,16 @@ struct bound_program {
     uint32_t plane_masks[PLANE_MAX];
     uint32_t constants[BOUND_CONSTANT_MAX];
     int constant_count;
+    bool constants_full;  // some pass needed one more
     bound_kernel *kernels;
     uint32_t (*constant_lanes)[TILE_LANES];
     uint32_t depth_formats;
     uint32_t sources;  // bit s: some kernel reads source s, below SOURCE_CONSTANT
 };
 
-// Lowers a declared pass to instructions, adding the constants it needs to `bound`. False: too long.
-bool lower_pass(bound_program *bound, const pass_decl *pass, instruction *words, int *count);
+// Lowers a declared pass to instructions and says of each which stage of the pass it belongs to, adding the constants
+// it needs to `bound`. False: too long.
+bool lower_pass(bound_program *bound, const pass_decl *pass, instruction *words, uint8_t *stages, int *count);
 // The source operand of a constant with this value; shares equal ones.
 uint8_t bind_constant(bound_program *bound, uint32_t bits);
 uint32_t bind_value(const bound_program *bound, const value *value);

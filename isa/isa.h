@@ -334,6 +334,15 @@ status bind_program(const program *program, const rop_limits *limits, bool rever
 void bound_destroy(bound_program *bound);
 // Lowered instructions of kernel k; word_count in *count. Valid as long as `bound`.
 const instruction *bound_instructions(const bound_program *bound, int kernel, int *count);
+// What a lowered instruction serves. Of each test's instructions, the first that writes a predicate decides it.
+typedef enum pass_stage {
+    STAGE_KERNEL,        // of a kernel, not of a pass
+    STAGE_SHADER, STAGE_KEEP,  // the pass's shader; whether it discarded the fragment
+    STAGE_CLIP,          // one test a clip of the pass, in their order
+    STAGE_STENCIL_TEST, STAGE_DEPTH_TEST,
+    STAGE_WRITE,         // stencil, depth, targets, query
+} pass_stage;
+pass_stage bound_stage(const bound_program *bound, int kernel, int word);
 uint32_t bound_constant(const bound_program *bound, int index);
 // As disassemble_text, with every pass as the kernel that it was lowered to. Assembles again, where a program may hold
 // that many constants. `program` is the one that was bound.
@@ -366,5 +375,38 @@ typedef void execute_kernel(const bound_program *bound, int kernel, const tile_p
 // The implementation for vectors of `bytes` (16, 32 or 64; 0: the widest this processor has), or NULL if
 // it was not built or the processor lacks it. All give the same bits.
 execute_kernel *execute_select(int bytes);
+
+// ---- One fragment, one instruction at a time (step.c) --------------------------------------------------
+
+// The same meaning as execute_kernel's, for who wants to see each instruction. Slow.
+
+// What arrives; a full-screen kernel has none of it (NULL).
+typedef struct fragment_input {
+    double depth;
+    float rgba[4];  // straight
+    uint32_t primitive;
+} fragment_input;
+
+// A fragment's registers while a kernel runs. Start with zeros: `fragment_state state = {0}`.
+typedef struct fragment_state {
+    uint32_t registers[REGISTER_COUNT];
+    float colors[COLOR_COUNT][4];
+    bool predicates[PREDICATE_COUNT];  // [0] is not kept: p0 is true
+    int at;                            // next instruction
+} fragment_state;
+
+// What one instruction did. Scalars and predicates stand in [0]; float bits where the operand is a float or a colour.
+typedef struct stepped {
+    instruction instruction;
+    int at;                        // its place in the kernel
+    bool executed;                 // its guard held. If not, nothing below is set but a compare's false predicate
+    uint32_t a[4], b[4];           // source operands: what was read; of ld and tex, a: the plane's value
+    uint32_t before[4], after[4];  // what d held and holds: register, predicate (0 or 1), plane
+} stepped;
+
+// Executes the instruction at state->at of kernel k; false at the kernel's end. planes[i]: what plane i holds at this
+// sample, one word or four.
+bool step_instruction(const bound_program *bound, int kernel, const fragment_input *fragment, uint32_t (*planes)[4],
+                      fragment_state *state, stepped *stepped);
 
 #endif

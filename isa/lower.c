@@ -13,13 +13,17 @@ enum { P_ALWAYS, P_ALIVE, P_STENCIL, P_STENCIL_FAIL, P_PASS, P_DEPTH_FAIL };
 typedef struct lowering {
     bound_program *bound;
     instruction *words;
+    uint8_t *stages;
     int count;
+    pass_stage stage;  // of what is emitted now
 } lowering;
 
 static void emit(lowering *l, int guard, opcode op, int d, int a, int b, int c)
 {
-    if (l->count < LOWERED_MAX)
+    if (l->count < LOWERED_MAX) {
+        l->stages[l->count] = (uint8_t)l->stage;
         l->words[l->count] = (instruction){op, (uint8_t)guard, false, (uint8_t)d, (uint8_t)a, (uint8_t)b, (uint8_t)c};
+    }
     l->count++;
 }
 
@@ -46,12 +50,16 @@ static int lower_shader(lowering *l, const pass_decl *pass)
     if (pass->shader < 0)
         return P_ALWAYS;
     const kernel_decl *shader = &l->bound->source->kernels[pass->shader];
-    for (int w = 0; w < shader->word_count && l->count < LOWERED_MAX; w++)
+    for (int w = 0; w < shader->word_count && l->count < LOWERED_MAX; w++) {
+        l->stages[l->count] = STAGE_SHADER;
         word_decode(shader->words[w], &l->words[l->count++]);
+    }
     if (!pass->keep && !pass->keep_negated)
         return P_ALWAYS;
     const int keep = pass->keep | pass->keep_negated << 3;
+    l->stage = STAGE_KEEP;
     emit(l, P_ALWAYS, OP_pand, P_ALIVE, keep, keep, 0);
+    l->stage = STAGE_CLIP;
     return P_ALIVE;
 }
 
@@ -164,12 +172,15 @@ static void lower_targets(lowering *l, const pass_decl *pass, int guard)
     }
 }
 
-bool lower_pass(bound_program *bound, const pass_decl *pass, instruction *words, int *count)
+bool lower_pass(bound_program *bound, const pass_decl *pass, instruction *words, uint8_t *stages, int *count)
 {
-    lowering l = {bound, words, 0};
+    lowering l = {bound, words, stages, 0, STAGE_CLIP};
     const int alive = lower_clips(&l, pass, lower_shader(&l, pass));
+    l.stage = STAGE_STENCIL_TEST;
     const int tested = lower_stencil_test(&l, pass, alive);
+    l.stage = STAGE_DEPTH_TEST;
     const int passed = lower_depth_test(&l, pass, tested);
+    l.stage = STAGE_WRITE;
     if (pass->stencil_plane >= 0) {
         lower_stencil_update(&l, pass, P_STENCIL_FAIL, pass->stencil_fail);
         if (pass->depth_plane >= 0)

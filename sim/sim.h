@@ -211,10 +211,18 @@ typedef struct run_options {
     int vector_bytes;          // 0: the widest
     uint64_t max_iterations;   // of each repeat; 0: the program's limit, else 2 * deepest sample + 16
     double occlusion_ratio;    // negative: the program's
+    uint64_t stop_after_pass;  // end right after that pass, geometry (but opaque) and full-screen counted from 1; 0: never
     uint64_t memory_bytes;     // budget of the bins; 0: 4 GiB. A trace that needs more is replayed in bands.
     bool reference;            // also compute the exact result and the error
     bool keep_planes;          // also hand out every plane's values at the end
+    bool log_conditions;       // also hand out how each `while` and `if` went
 } run_options;
+
+// One evaluation of a `while` or `if`, over all samples of the image.
+typedef struct condition_result {
+    uint64_t count;  // of its query
+    bool holds;      // false also for a `while` that stood at the limit of iterations
+} condition_result;
 
 typedef struct plane_result {
     char name[NAME_SIZE];
@@ -248,6 +256,8 @@ typedef struct run_result {
     float *sample_rgb;                 // width * height * samples * 3, before averaging
     uint32_t *plane_values[PLANE_MAX]; // if options.keep_planes: a word a sample, in sample_rgb's order; of a colour
                                        // plane four, float bits
+    condition_result *conditions;      // if options.log_conditions: in the order of evaluation
+    uint64_t condition_count;
 } run_result;
 
 status replay_run(const program *program, const machine *machine, trace *trace, const run_options *options,
@@ -267,6 +277,32 @@ typedef struct bench_result {
 // `ideal`: the program; `machine`: must have 32-bit float depth and colour. STATUS_REFUSED if images differ.
 status bench_run(const program *ideal, const machine *machine, trace *trace, const run_options *options, int turns,
                  const report *report, bench_result *result);
+
+// ---- Pixel history (sim/history) -----------------------------------------------------------------------
+
+// What each step of the schedule did to one sample, fragment by fragment in raster order. Each call replays the trace
+// for the conditions of loops, which ask about all samples; then it runs the one sample on its own and compares: planes or
+// colours that differ from the replay's are an internal error, STATUS_REFUSED.
+typedef struct history_options {
+    run_options run;          // threads, max_iterations and occlusion_ratio count
+    uint64_t pass;            // show this pass only; 0: all. Geometry and full-screen passes are numbered together from 1
+                              // in the order in which they run; opaque draws have no number, as in run_result
+    uint64_t iteration;       // show this iteration of the outermost repeats only, from 1; 0: all
+    const char *trace_name;   // for the heading, NULL: none
+} history_options;
+
+// As text of at most 100 columns where names allow it. `sample` below trace_info.samples.
+status history_print(const program *program, const machine *machine, trace *trace, uint32_t x, uint32_t y, uint32_t sample,
+                     const history_options *options, const report *report, FILE *out);
+// As one JSON object; docs/history.md lists its keys.
+status history_print_json(const program *program, const machine *machine, trace *trace, uint32_t x, uint32_t y,
+                          uint32_t sample, const history_options *options, const report *report, FILE *out);
+// A plane's value at the sample right after pass `options->pass` (of iteration `options->iteration`, if that is not 0: then
+// passes are numbered within the iteration); pass 0: at the end. One word, of a colour plane four float bits.
+// STATUS_REFUSED if there is no such plane or no such pass.
+status history_plane_value(const program *program, const machine *machine, trace *trace, uint32_t x, uint32_t y,
+                           uint32_t sample, const char *plane, const history_options *options, const report *report,
+                           uint32_t value[4]);
 
 // ---- Results (sim/report) ------------------------------------------------------------------------------
 

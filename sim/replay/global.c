@@ -83,3 +83,9 @@ void global_close(global *global, uint64_t k)
     if (evaluation)
         atomic_store_explicit(&evaluation->closed, true, memory_order_relaxed);
 }
+
+uint64_t global_count(global *global, uint64_t k)
+{
+    evaluation *evaluation = find(global, k);
+    return evaluation ? atomic_load_explicit(&evaluation->count, memory_order_relaxed) : 0;
+}

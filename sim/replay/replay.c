@@ -297,9 +297,10 @@ static status sum_counts(replay *r)
             counts[i] += worker_counts(r->workers[w])[i];
         counts[i] += worker_counts(r->empty_worker)[i] * r->empty.weight;
     }
-    totals_count(&r->plan, r->global, counts, r->info, &r->counts, r->result);
+    const bool counted =
+        totals_count(&r->plan, r->global, counts, r->info, &r->counts, r->options->log_conditions, r->result);
     free(counts);
-    return STATUS_OK;
+    return counted ? STATUS_OK : report_error(r->report, STATUS_IO, "out of memory: log of conditions");
 }
 
 static void describe(replay *r, const machine *machine)
@@ -352,6 +353,7 @@ static void set_limits(replay *r)
                                                        : 2 * (uint64_t)r->counts.deepest + 16;
     const double ratio = options->occlusion_ratio >= 0 ? options->occlusion_ratio : program->occlusion_ratio;
     const double samples = (double)r->info->width * r->info->height * r->info->samples;
+    r->plan.stop_after_pass = options->stop_after_pass;
     r->plan.threshold_while = (uint64_t)(ratio * samples);
     r->request = (bin_request){
         .depth_formats = bound_depth_formats(r->plan.bound),
@@ -428,6 +430,7 @@ void result_destroy(run_result *result)
         return;
     free(result->image);
     free(result->sample_rgb);
+    free(result->conditions);
     for (int i = 0; i < PLANE_MAX; i++)
         free(result->plane_values[i]);
     free(result);

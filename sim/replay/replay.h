@@ -91,6 +91,7 @@ bool global_add(global *global, uint64_t k, uint64_t count);
 outcome global_ask(global *global, uint64_t k, uint64_t threshold);
 // Every tile has added to evaluation k: what is not true there is false.
 void global_close(global *global, uint64_t k);
+uint64_t global_count(global *global, uint64_t k);  // of all tiles, once they are done
 
 // ---- The schedule on one tile (tile.c) -----------------------------------------------------------------
 
@@ -102,12 +103,15 @@ typedef struct plan {
     const bound_program *bound;
     execute_kernel *execute;
     uint64_t max_iterations, threshold_while;  // a `while` goes on above the threshold
+    uint64_t stop_after_pass;                  // 0: never
     uint32_t plane_offset[PLANE_MAX];          // words into a tile's storage
     uint32_t tile_words;
     uint32_t count_offset[KERNEL_MAX + 1];     // of a kernel's instructions in a counts array
     uint8_t repeat_index[STEP_MAX];            // of STEP_REPEAT and its STEP_WHILE
 } plan;
 
+// Whether the schedule ends after this step, `*passes` of which lay before it; counts it.
+bool plan_stops_after(const plan *plan, const step *step, uint64_t *passes);
 status plan_make(plan *plan, const program *program, const bound_program *bound, const report *report);
 
 // A tile between two runs: its place in the schedule and what its planes hold.
@@ -118,6 +122,7 @@ typedef struct tile {
     uint64_t weight;                     // samples that each lane stands for; 1 but for the tile of all empty ones
     uint64_t evaluation;                 // how many conditions were settled
     uint32_t iterations[REPEAT_MAX];
+    uint64_t passes;                     // begun, if plan.stop_after_pass is set
     uint64_t query[QUERY_MAX];           // counted since the last reset
     uint16_t step;
     bool waiting, done;                  // waiting: at a condition that it has added its count to
@@ -140,9 +145,10 @@ int parallel_default(void);  // processors that this process may use
 
 // ---- After the replay ----------------------------------------------------------------------------------
 
-// Walks the schedule once with the settled conditions and fills passes, iterations and bytes.
-void totals_count(const plan *plan, global *global, const uint64_t *counts, const trace_info *info,
-                  const sample_counts *samples, run_result *result);
+// Walks the schedule once with the settled conditions and fills passes, iterations and bytes, and the log of conditions
+// if that is wanted. False: no memory for the log.
+bool totals_count(const plan *plan, global *global, const uint64_t *counts, const trace_info *info,
+                  const sample_counts *samples, bool log_conditions, run_result *result);
 
 // The exact result of one tile in double: rgb of each lane (reference.c).
 bool reference_tile(const bins *bins, const bin *bin, uint64_t lanes, const float background[4], double rgb[TILE_LANES][3]);

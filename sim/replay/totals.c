@@ -4,6 +4,8 @@
 // depends on the fragments comes from how often each instruction was executed.
 #include "replay.h"
 
+#include <stdlib.h>
+
 static bool has_class(const trace_info *info, draw_class class)
 {
     for (uint32_t i = 0; i < info->draw_count; i++)
@@ -18,8 +20,10 @@ typedef struct walk {
     const trace_info *info;
     const sample_counts *samples;
     run_result *result;
-    uint64_t sample_count, evaluation;
+    uint64_t sample_count, evaluation, passes;
     uint64_t iterations[REPEAT_MAX];
+    bool log_conditions, failed;
+    uint64_t logged_capacity;
 } walk;
 
 static uint64_t plane_bytes(const walk *w, int plane, uint64_t accesses)
@@ -47,10 +51,10 @@ static void count_draw(const walk *w, const step *step)
         r->fragments_replayed += w->samples->class_fragments[CLASS_SORTED];
 }
 
-static bool condition_holds(walk *w, const step *step)
+static bool settled(walk *w, const step *step)
 {
     const bool is_while = step->kind == STEP_WHILE;
-    const bool above = global_ask(w->global, w->evaluation++, is_while ? w->plan->threshold_while : 0) == OUTCOME_TRUE;
+    const bool above = global_ask(w->global, w->evaluation, is_while ? w->plan->threshold_while : 0) == OUTCOME_TRUE;
     if (!is_while)
         return above;
     w->result->iterations++;
@@ -59,6 +63,29 @@ static bool condition_holds(walk *w, const step *step)
         return above;
     w->result->iteration_limit_reached |= above;
     return false;
+}
+
+static void log_condition(walk *w, bool holds)
+{
+    run_result *r = w->result;
+    if (r->condition_count == w->logged_capacity) {
+        w->logged_capacity = w->logged_capacity ? 2 * w->logged_capacity : 64;
+        condition_result *grown = realloc(r->conditions, w->logged_capacity * sizeof *grown);
+        w->failed |= !grown;
+        if (!grown)
+            return;
+        r->conditions = grown;
+    }
+    r->conditions[r->condition_count++] = (condition_result){global_count(w->global, w->evaluation), holds};
+}
+
+static bool condition_holds(walk *w, const step *step)
+{
+    const bool holds = settled(w, step);
+    if (w->log_conditions && !w->failed)
+        log_condition(w, holds);
+    w->evaluation++;
+    return holds;
 }
 
 static void walk_schedule(walk *w)
@@ -87,6 +114,8 @@ static void walk_schedule(walk *w)
         case STEP_RESET:
         case STEP_END: break;
         }
+        if (plan_stops_after(w->plan, step, &w->passes))
+            break;
     }
 }
 
@@ -113,11 +142,13 @@ static void count_instructions(const walk *w, const uint64_t *counts)
     }
 }
 
-void totals_count(const plan *plan, global *global, const uint64_t *counts, const trace_info *info,
-                  const sample_counts *samples, run_result *result)
+bool totals_count(const plan *plan, global *global, const uint64_t *counts, const trace_info *info,
+                  const sample_counts *samples, bool log_conditions, run_result *result)
 {
-    walk w = {.plan = plan, .global = global, .info = info, .samples = samples, .result = result};
+    walk w = {.plan = plan, .global = global, .info = info, .samples = samples, .result = result,
+              .log_conditions = log_conditions};
     w.sample_count = (uint64_t)info->width * info->height * info->samples;
     walk_schedule(&w);
     count_instructions(&w, counts);
+    return !w.failed;
 }
