@@ -344,8 +344,7 @@ status assemble_text(const char *file, const char *text, size_t size, const repo
     return assemble_text_with(file, text, size, NULL, 0, report, program);
 }
 
-status assemble_file_with(const char *path, const parameter *parameters, int parameter_count, const report *report,
-                          program **program)
+status assemble_file(const char *path, const report *report, program **program)
 {
     *program = NULL;
     FILE *file = fopen(path, "rb");
@@ -356,14 +355,9 @@ status assemble_file_with(const char *path, const parameter *parameters, int par
     const bool failed = !text || ferror(file);
     fclose(file);
     const status result = failed ? report_error(report, STATUS_IO, "%s: could not be read", path)
-                                 : assemble_text_with(path, text, size, parameters, parameter_count, report, program);
+                                 : assemble_text(path, text, size, report, program);
     free(text);
     return result;
-}
-
-status assemble_file(const char *path, const report *report, program **program)
-{
-    return assemble_file_with(path, NULL, 0, report, program);
 }
 
 void program_destroy(program *program)

@@ -31,7 +31,7 @@ typedef struct dispatch {
 typedef struct span { int first, last; } span;
 #define INLINED static inline __attribute__((always_inline))
 
-#include "execute_lanes.h"
+#include "execute_lanes.inc"
 
 #define EACH_VECTOR for (int v = n.first; v < n.last; v++)
 

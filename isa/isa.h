@@ -295,8 +295,6 @@ status assemble_file(const char *path, const report *report, program **program);
 typedef struct parameter { char name[NAME_SIZE]; long value; } parameter;
 status assemble_text_with(const char *file, const char *text, size_t size, const parameter *parameters,
                           int parameter_count, const report *report, program **program);
-status assemble_file_with(const char *path, const parameter *parameters, int parameter_count, const report *report,
-                          program **program);
 void program_destroy(program *program);  // NULL is fine
 
 // Canonical text: assembling it and disassembling again gives the same bytes.

@@ -1,7 +1,8 @@
 // A program as a user names it, assembled: the stem of a shipped one or a path, then its parameters.
-#include "sim.h"
+#include "program_file.h"
 
 #include <string.h>
+#include <sys/stat.h>
 
 enum { PROGRAMS_MAX = 128, PARAMETERS_MAX = 16, NUMBER_SIZE = 16 };
 
@@ -18,6 +19,11 @@ static status find_program(const char *name, const report *report, char *path, s
     snprintf(file, sizeof file, "%.*s.rop", NAME_SIZE - 1, name);
     if (length < NAME_SIZE && data_path("programs", file, path, size) == STATUS_OK)
         return STATUS_OK;
+    struct stat found;
+    if (length < size && stat(name, &found) == 0 && S_ISREG(found.st_mode)) {
+        memcpy(path, name, length + 1);
+        return STATUS_OK;
+    }
     const char *words[PROGRAMS_MAX];
     const int count = data_names("programs", ".rop", names, PROGRAMS_MAX);
     for (int i = 0; i < count; i++)
@@ -66,5 +72,5 @@ status program_load(const char *words, const report *report, char *path, size_t 
         count++;
     }
     const status status = find_program(name, report, path, size);
-    return status == STATUS_OK ? assemble_file_with(path, parameters, count, report, program) : status;
+    return status == STATUS_OK ? program_read(path, parameters, count, report, program) : status;
 }

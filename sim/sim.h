@@ -200,9 +200,11 @@ const char *aside_path(const aside *aside);
 status aside_finish(aside *aside);   // closes, renames and frees; on failure no file stays
 void aside_discard(aside *aside);    // frees it and leaves no file; NULL is fine
 
-// Assembles a program as a user names it: the stem of a file of programs/ or a path, then values for its
-// parameters: NAME[,PARAMETER=INTEGER...]. `path`: its file, for messages. Free with program_destroy.
+// Loads a program as a user names it: the stem of a file of programs/ or a path (of text or of words), then values
+// for its parameters: NAME[,PARAMETER=INTEGER...]. `path`: its file, for messages. Free with program_destroy.
 status program_load(const char *words, const report *report, char *path, size_t size, program **program);
+// Writes words as bytes, little-endian.
+status program_save_words(const char *path, const uint32_t *words, size_t count, const report *report);
 
 // ---- Replay (sim/replay) -------------------------------------------------------------------------------
 

@@ -44,14 +44,6 @@ bool command_double(const char *option, const char *text, double min, double max
 // Says that the words are off, names `ropsim COMMAND --help`, returns STATUS_USAGE.
 status command_usage(const char *command, const char *why);
 
-// The path of a program: as given if it is a path (a '/' or a '.'), else the stem of a shipped one.
-status command_program_path(const char *name, char *path, size_t size);
-
-// Loads a program of either form, text or words, told apart by content. Free with program_destroy.
-status command_load_program(const char *path, program **program);
-// Writes words little-endian, aside and renamed into place.
-status command_save_words(const char *path, const uint32_t *words, size_t count);
-
 #define COMMAND_DEFAULT_MACHINE "programmable"
 enum { COMMAND_THREADS_MAX = 1024 };
 

@@ -16,16 +16,14 @@ static status assemble(const char *name, const char *output)
     program *program = NULL;
     uint32_t *words = NULL;
     size_t count = 0;
-    status status = command_program_path(name, path, sizeof path);
-    if (status == STATUS_OK)
-        status = command_load_program(path, &program);
+    status status = program_load(name, &command_report, path, sizeof path, &program);
     if (status != STATUS_OK)
         return status;
     status = program_encode(program, &words, &count);
     program_destroy(program);
     if (status != STATUS_OK)
         return report_error(&command_report, status, "%s: out of memory", path);
-    status = command_save_words(output, words, count);
+    status = program_save_words(output, words, count, &command_report);
     free(words);
     if (status == STATUS_OK)
         printf("%s: %zu words\n", output, count);

@@ -63,9 +63,7 @@ static status bench(const char *const *traces, int trace_count, const run_option
     machine machine;
     status status = machine_load(COMMAND_DEFAULT_MACHINE, &command_report, &machine);
     if (status == STATUS_OK)
-        status = command_program_path("ideal_coherent_layer_peel", path, sizeof path);
-    if (status == STATUS_OK)
-        status = assemble_file(path, &command_report, &program);
+        status = program_load("ideal_coherent_layer_peel", &command_report, path, sizeof path, &program);
     if (status != STATUS_OK)
         return status;
     print_head();

@@ -64,8 +64,8 @@ static bool runs_on_card(const char *name)
     program *program = NULL;
     machine card;
     rop_limits limits;
-    if (command_program_path(name, path, sizeof path) != STATUS_OK || machine_load("g80", NULL, &card) != STATUS_OK ||
-        assemble_file(path, NULL, &program) != STATUS_OK)
+    if (machine_load("g80", NULL, &card) != STATUS_OK ||
+        program_load(name, NULL, path, sizeof path, &program) != STATUS_OK)
         return false;
     machine_limits(&card, &limits);
     bool runs = verify_program(program, path, &limits, NULL) == STATUS_OK;

@@ -1,8 +1,6 @@
 // `ropsim disasm`: a program, in words or as text, to canonical text; on request with passes lowered to instructions.
 #include "command.h"
 
-#include <sys/stat.h>
-
 enum { ROW_LOWERED, ROW_MACHINE, ROW_SET };
 static const command_option options[] = {
     [ROW_LOWERED] = {"lowered", 0, NULL, "print each pass as the instructions that it stands for on the machine"},
@@ -25,17 +23,6 @@ static status print_lowered(const program *program, const char *path, const mach
         status = disassemble_bound(program, bound, stdout);
     bound_destroy(bound);
     return status;
-}
-
-// A file of this name, whatever its ending, comes before a shipped program: `asm` writes any name.
-static status find_file(const char *name, char *path, size_t size)
-{
-    struct stat found;
-    if (stat(name, &found) != 0 || !S_ISREG(found.st_mode))
-        return command_program_path(name, path, size);
-    if ((size_t)snprintf(path, size, "%s", name) >= size)
-        return report_error(&command_report, STATUS_USAGE, "the file's name is too long");
-    return STATUS_OK;
 }
 
 int command_disasm(int argc, char **argv)
@@ -70,9 +57,7 @@ int command_disasm(int argc, char **argv)
     program *program = NULL;
     status status = lowered ? command_find_machine(machine_name, argc, argv, options, ROW_SET, &machine) : STATUS_OK;
     if (status == STATUS_OK)
-        status = find_file(name, path, sizeof path);
-    if (status == STATUS_OK)
-        status = command_load_program(path, &program);
+        status = program_load(name, &command_report, path, sizeof path, &program);
     if (status == STATUS_OK)
         status = lowered ? print_lowered(program, path, &machine) : disassemble_text(program, stdout);
     program_destroy(program);

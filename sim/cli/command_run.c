@@ -12,7 +12,9 @@ enum {
     ROW_JSON,
     ROW_ITERATIONS,
     ROW_RATIO,
-    ROW_NO_REFERENCE
+    ROW_NO_REFERENCE,
+    ROW_MEMORY,
+    ROW_VECTORS
 };
 static const command_option option_rows[] = {
     [ROW_MACHINE] = {"machine", 0, "NAME|FILE", "shipped machine or .yaml file; default " COMMAND_DEFAULT_MACHINE},
@@ -26,6 +28,8 @@ static const command_option option_rows[] = {
     [ROW_RATIO] = {"occlusion-ratio", 0, "R",
                    "a repeat ends when a query counts at most R x samples; 0 to 1; default: the program's"},
     [ROW_NO_REFERENCE] = {"no-reference", 0, NULL, "do not compute the exact result and the error"},
+    [ROW_MEMORY] = {"memory", 0, "MIB", "budget of the bins in MiB; default 4096; a trace that needs more goes in bands"},
+    [ROW_VECTORS] = {"vector-bytes", 0, "N", "vectors of 16, 32 or 64 bytes; default 0: the widest; results do not depend on it"},
     {0},
 };
 
@@ -50,6 +54,16 @@ static bool take_option(int option, const char *value, run_words *words)
         words->options.threads = (int)number;
         return true;
     case ROW_ITERATIONS: return command_uint("max-iterations", value, 0, UINT64_MAX, &words->options.max_iterations);
+    case ROW_MEMORY:
+        if (!command_uint("memory", value, 1, UINT64_MAX >> 20, &number))
+            return false;
+        words->options.memory_bytes = number << 20;
+        return true;
+    case ROW_VECTORS:
+        if (!command_uint("vector-bytes", value, 0, 64, &number))
+            return false;
+        words->options.vector_bytes = (int)number;
+        return true;
     case ROW_RATIO: return command_double("occlusion-ratio", value, 0, 1, &words->options.occlusion_ratio);
     default: return true;  // --set: taken when the machine is known
     }

@@ -13,18 +13,12 @@ static const command_option options[] = {
 
 enum { PATH_SIZE = 4096, NAMES_MAX = 128, MACHINES_MAX = 16 };
 
-static status load(const char *name, char path[PATH_SIZE], program **program)
-{
-    status status = command_program_path(name, path, PATH_SIZE);
-    return status == STATUS_OK ? command_load_program(path, program) : status;
-}
-
 static status verify_one(const char *name, const machine *machine)
 {
     char path[PATH_SIZE];
     program *program = NULL;
     rop_limits limits;
-    status status = load(name, path, &program);
+    status status = program_load(name, &command_report, path, sizeof path, &program);
     if (status != STATUS_OK)
         return status;
     machine_limits(machine, &limits);
@@ -39,7 +33,7 @@ static status print_row(const char *name, const machine *machines, int machine_c
 {
     char path[PATH_SIZE];
     program *program = NULL;
-    status status = load(name, path, &program);
+    status status = program_load(name, &command_report, path, sizeof path, &program);
     if (status != STATUS_OK)
         return status;
     printf("| %s |", program->name);

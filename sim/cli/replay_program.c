@@ -9,10 +9,7 @@ status command_replay(const char *name, const machine *machine, trace *trace, co
     program *program = NULL;
     rop_limits limits;
     *result = NULL;
-    status status = command_program_path(name, path, sizeof path);
-    if (status != STATUS_OK)
-        return status;
-    status = command_load_program(path, &program);
+    status status = program_load(name, &command_report, path, sizeof path, &program);
     if (status != STATUS_OK)
         return status;
     machine_limits(machine, &limits);
