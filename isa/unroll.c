@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NAMES_MAX = 32, DEPTH_MAX = 8, OUTPUT_MAX = 4 << 20, VALUE_MAX = 1000000 };
+enum { NAMES_MAX = 32, DEPTH_MAX = 8, OUTPUT_MAX = 4 << 20, VALUE_MAX = 1000000, TURNS_MAX = 1 << 20 };
 
 typedef struct binding { char name[NAME_SIZE]; long value; } binding;
 
@@ -24,6 +24,7 @@ typedef struct unroller {
     bool used[NAMES_MAX];
     unrolled *out;
     size_t capacity, line_capacity;
+    int turns;                   // of all loops: one without lines adds nothing to the output
 } unroller;
 
 static bool at_line(unroller *u, const char *line, const char *end, int number)
@@ -222,6 +223,8 @@ static bool copy_loop(unroller *u, const char **line, int *number, int depth)
     if (!bind_name(u, name, from))
         return false;
     for (long i = from; i < to || i == from; i++) {
+        if (++u->turns > TURNS_MAX)
+            return fail_at(u, at, "the loops have more than 1048576 turns in all");
         u->names[u->name_count - 1].value = i;
         *line = body;
         *number = body_number;

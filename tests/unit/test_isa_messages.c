@@ -209,6 +209,18 @@ static void test_bytes(void **state)
     assert_null(program);
 }
 
+// Nested loops without a line in them write nothing, but end all the same.
+static void test_idle_loops(void **state)
+{
+    (void)state;
+    static messages said;
+    static const char source[] = "program p\nfor a in 0..1000000\nfor b in 0..1000000\nendfor\nendfor\n";
+    program *program;
+    messages_start(&said);
+    assert_int_equal(assemble_text("p.rop", source, sizeof source - 1, &said.report, &program), STATUS_REFUSED);
+    assert_non_null(strstr(said.text, "the loops have more than 1048576 turns in all"));
+}
+
 static void test_files(void **state)
 {
     (void)state;
@@ -230,7 +242,7 @@ int main(void)
         cmocka_unit_test(test_messages),        cmocka_unit_test(test_limits),
         cmocka_unit_test(test_skip_too_many),   cmocka_unit_test(test_refused_skips),
         cmocka_unit_test(test_twenty_messages), cmocka_unit_test(test_bytes),
-        cmocka_unit_test(test_files),
+        cmocka_unit_test(test_idle_loops),      cmocka_unit_test(test_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

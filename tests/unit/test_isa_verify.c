@@ -209,7 +209,7 @@ static void test_lowering(void **state)
                                                                    "    @p1    st    col, c7\n"
                                                                    "    @p1    count q\n");
     expect_lowering("stencil s0 always 3 255 keep keep replace\n", "           pand  p2, p0, p0\n"
-                                                                   "    @p2    pand  p3, p0, !p2\n"
+                                                                   "           pand  p3, p0, !p2\n"
                                                                    "    @p2    mov   r6, 3\n"
                                                                    "    @p2    st    s0, r6\n");
 }
