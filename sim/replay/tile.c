@@ -14,14 +14,15 @@
 
 static void note_counting(worker *w)
 {
+    uint32_t site_count = 0;
     for (int k = 0; k < w->plan->program->kernel_count; k++) {
         int count;
         const instruction *code = bound_instructions(w->plan->bound, k, &count);
-        w->site_start[k] = (uint16_t)w->site_count;
+        w->site_start[k] = site_count;
         for (int i = 0; i < count; i++)
-            if (code[i].op == OP_count && w->site_count < SITE_MAX)
-                w->sites[w->site_count++] = (count_site){w->plan->count_offset[k] + (uint32_t)i, code[i].d};
-        w->site_start[k + 1] = (uint16_t)w->site_count;
+            if (code[i].op == OP_count)
+                w->sites[site_count++] = (count_site){w->plan->count_offset[k] + (uint32_t)i, code[i].d};
+        w->site_start[k + 1] = site_count;
     }
 }
 
@@ -36,9 +37,10 @@ worker *worker_create(const plan *plan, global *global)
     w->counts = calloc(3 * (size_t)w->count_total + 1, sizeof *w->counts);
     w->before = w->counts + w->count_total;
     w->delta = w->before + w->count_total;
+    w->sites = malloc(((size_t)w->count_total + 1) * sizeof *w->sites);  // every instruction may count
     w->snapshot = malloc(plan->tile_words * sizeof *w->snapshot);
     w->expander = expander_create(plan->bound);
-    if (!w->counts || !w->snapshot || !w->expander) {
+    if (!w->counts || !w->sites || !w->snapshot || !w->expander) {
         worker_destroy(w);
         return NULL;
     }
@@ -51,6 +53,7 @@ void worker_destroy(worker *w)
     if (!w)
         return;
     free(w->counts);
+    free(w->sites);
     free(w->snapshot);
     expander_destroy(w->expander);
     free(w);
@@ -79,11 +82,11 @@ static void clear_plane(const worker *w, const step *step)
 static void run_kernel(worker *w, tile *tile, int kernel, const batch *batch)
 {
     uint64_t *counts = w->counts + w->plan->count_offset[kernel];
-    const int first = w->site_start[kernel], end = w->site_start[kernel + 1];
-    for (int s = first; s < end; s++)
+    const uint32_t first = w->site_start[kernel], end = w->site_start[kernel + 1];
+    for (uint32_t s = first; s < end; s++)
         tile->query[w->sites[s].query] -= w->counts[w->sites[s].at];
     w->plan->execute(w->plan->bound, kernel, w->planes, batch, counts);
-    for (int s = first; s < end; s++)
+    for (uint32_t s = first; s < end; s++)
         tile->query[w->sites[s].query] += w->counts[w->sites[s].at];
 }
 

@@ -5,8 +5,6 @@
 #include "expand.h"
 #include "replay.h"
 
-enum { SITE_MAX = 1024 };
-
 typedef struct count_site { uint32_t at; uint8_t query; } count_site;  // a `count` instruction
 typedef struct noted { uint64_t count, threshold; outcome outcome; } noted;
 
@@ -19,9 +17,8 @@ struct worker {
     expander *expander;
     uint64_t *counts;
     uint32_t count_total;
-    count_site sites[SITE_MAX];
-    int site_count;
-    uint16_t site_start[KERNEL_MAX + 1];
+    count_site *sites;                  // kernel k's are those from site_start[k] to site_start[k + 1]
+    uint32_t site_start[KERNEL_MAX + 1];
     bool failed;
 
     // The iteration being run: its loop, the conditions that it met, and the state at its head.

@@ -32,6 +32,8 @@ bool runs_on(const program *program, const machine *machine);  // no part of it 
 bool same_as_twin(const program *program, const machine *machine, const twin_image *image, uint64_t max_iterations,
                   double occlusion_ratio, const char *label);
 
+extern const report printing;  // prints every message
+
 // ROPSIM_TEST_SEED and ROPSIM_TEST_COUNT, or the given ones.
 uint64_t test_seed(void);
 uint32_t test_count(uint32_t usual);

@@ -25,9 +25,11 @@ static void describe(const program *program, const machine *machine, const twin_
 static void say(void *user, severity severity, const char *text)
 {
     (void)user;
-    if (severity == SEVERITY_ERROR)
-        print_message("%s\n", text);
+    (void)severity;
+    print_message("%s\n", text);
 }
+
+const report printing = {.say = say};
 
 bool runs_on(const program *program, const machine *machine)
 {
@@ -55,7 +57,7 @@ bool same_as_twin(const program *program, const machine *machine, const twin_ima
         };
         char difference[256] = "it failed";
         run_result *run;
-        same = replay_run(program, machine, trace, &options, &(report){.say = say}, &run) == STATUS_OK &&
+        same = replay_run(program, machine, trace, &options, &printing, &run) == STATUS_OK &&
                run->fragments_in_trace == image->fragment_count && twin_compare(program, &twin, run, difference);
         if (!same) {
             print_message("threads %d, vectors of %d bytes, memory %llu, at most %llu iterations, occlusion ratio %g: %s\n",

@@ -7,13 +7,6 @@
 #include <stddef.h>
 #include <cmocka.h>
 
-static void say(void *user, severity severity, const char *text)
-{
-    (void)user;
-    (void)severity;
-    print_message("%s\n", text);
-}
-
 static void run_random(const char *machine_name, bool fixed_function, uint32_t usual)
 {
     static program_text text;
@@ -28,7 +21,7 @@ static void run_random(const char *machine_name, bool fixed_function, uint32_t u
         random_image(&dice, dice_chance(&dice, 10), &image);
         random_machine(&dice, machine_name, &machine);
         random_program(&dice, fixed_function, &text);
-        if (assemble_text(label, text.text, text.size, &(report){.say = say}, &program) != STATUS_OK) {
+        if (assemble_text(label, text.text, text.size, &printing, &program) != STATUS_OK) {
             fputs(text.text, stdout);
             fail();
         }
