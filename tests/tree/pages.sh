@@ -8,6 +8,20 @@ if ! diff <(grep '^|' "$source_folder/docs/machines.md") "$2/machine_keys.md"; t
     exit 1
 fi
 
+# Both tables of the instruction set stand in its page, row by row.
+"$ropsim" isa | grep '^| [0-9]' >"$2/isa_rows.md" || exit 1
+if ! diff <(grep -E '^\| [0-9]+ \| `' "$source_folder/docs/isa.md") "$2/isa_rows.md"; then
+    echo "docs/isa.md is not what \`ropsim isa\` prints (above: < page, > command)"
+    exit 1
+fi
+# Its worked example is a program, and every shipped program is explained.
+awk '/^    program /{on=1} on && /^    ropsim /{exit} on{sub(/^    /, ""); print}' "$source_folder/docs/isa.md" >"$2/example.rop"
+"$ropsim" verify "$2/example.rop" --machine programmable || exit 1
+for file in "$source_folder"/programs/*.rop; do
+    name=$(basename "$file" .rop)
+    grep -q "^## $name\$" "$source_folder/docs/programs.md" || { echo "docs/programs.md has no section $name"; exit 1; }
+done
+
 # Every key that a result has is explained.
 "$ropsim" demo scene:knot,rings=8 --size 16 --out "$2/pages_demo" >/dev/null || exit 1
 keys=$(grep -ohE '"[a-z_]+":' "$2"/pages_demo/*.json | tr -d '":' | sort -u)
