@@ -33,7 +33,10 @@ float dice_unit(dice *dice)
 }
 
 // How depths of one draw arrive: at random among few or many, or sorted this way or that in blocks.
-typedef struct depth_style { uint32_t distinct, block; bool forward; } depth_style;
+typedef struct depth_style {
+    uint32_t distinct, block;
+    bool forward;
+} depth_style;
 
 static double random_depth(dice *dice, const depth_style *style, uint32_t rank, bool nonfinite)
 {
@@ -64,10 +67,11 @@ static uint64_t sample_of(const twin_image *image, uint32_t x, uint32_t y, uint3
 // One draw: rounds of fragments over the image, some of its samples in each.
 static void random_draw(dice *dice, twin_image *image, uint32_t draw, uint32_t *ranks, uint32_t max)
 {
-    const depth_style style = {dice_chance(dice, 70) ? 1 + dice_below(dice, 9) : 0, dice_chance(dice, 40) ? 1 + dice_below(dice, 12) : 0,
-                               dice_chance(dice, 50)};
+    const depth_style style = {dice_chance(dice, 70) ? 1 + dice_below(dice, 9) : 0,
+                               dice_chance(dice, 40) ? 1 + dice_below(dice, 12) : 0, dice_chance(dice, 50)};
     const uint32_t x0 = dice_below(dice, image->width), y0 = dice_below(dice, image->height);
-    const uint32_t x1 = x0 + 1 + dice_below(dice, image->width - x0), y1 = y0 + 1 + dice_below(dice, image->height - y0);
+    const uint32_t x1 = x0 + 1 + dice_below(dice, image->width - x0),
+                   y1 = y0 + 1 + dice_below(dice, image->height - y0);
     const uint32_t density = 1 + dice_below(dice, 100), rounds = 1 + dice_below(dice, 12);
     const bool unclear = dice_chance(dice, 30);  // alpha 0 and 1 only
     for (uint32_t round = 0; round < rounds; round++) {
@@ -78,7 +82,8 @@ static void random_draw(dice *dice, twin_image *image, uint32_t draw, uint32_t *
                         continue;
                     const uint32_t rank = ranks[sample_of(image, x, y, s)]++;
                     twin_fragment *f = &image->fragments[image->fragment_count++];
-                    *f = (twin_fragment){.draw = draw, .x = x, .y = y, .sample = s, .primitive = round * 1000 + dice_below(dice, 5)};
+                    *f = (twin_fragment){
+                        .draw = draw, .x = x, .y = y, .sample = s, .primitive = round * 1000 + dice_below(dice, 5)};
                     f->depth = random_depth(dice, &style, rank, image->nonfinite);
                     for (int c = 0; c < 4; c++)
                         f->rgba[c] = random_component(dice, image->nonfinite);
@@ -93,7 +98,8 @@ static void random_draw(dice *dice, twin_image *image, uint32_t draw, uint32_t *
 void random_image(dice *dice, bool nonfinite, twin_image *image)
 {
     enum { FRAGMENT_MAX = 6000 };
-    *image = (twin_image){.samples = 1u << dice_below(dice, 4), .nonfinite = nonfinite, .reversed_depth = dice_chance(dice, 30)};
+    *image = (twin_image){
+        .samples = 1u << dice_below(dice, 5), .nonfinite = nonfinite, .reversed_depth = dice_chance(dice, 30)};
     const bool large = dice_chance(dice, 30);
     image->width = 1 + dice_below(dice, large ? 40 : 11);
     image->height = 1 + dice_below(dice, large ? 24 : 9);
@@ -129,7 +135,12 @@ static void write_fragments(const twin_image *image, trace_writer *writer)
             const twin_fragment *f = &image->fragments[at];
             const uint16_t x = (uint16_t)f->x, y = (uint16_t)f->y;
             const uint8_t sample = (uint8_t)f->sample;
-            const fragments run = {.count = 1, .x = &x, .y = &y, .sample = &sample, .depth = &f->depth, .primitive = &f->primitive,
+            const fragments run = {.count = 1,
+                                   .x = &x,
+                                   .y = &y,
+                                   .sample = &sample,
+                                   .depth = &f->depth,
+                                   .primitive = &f->primitive,
                                    .rgba = {&f->rgba[0], &f->rgba[1], &f->rgba[2], &f->rgba[3]}};
             assert_int_equal(trace_append(writer, &run), STATUS_OK);
         }
@@ -143,8 +154,12 @@ trace *random_image_open(const twin_image *image)
     char folder[] = "/tmp/ropsim-twin-XXXXXX", path[64], hash[33];
     assert_non_null(mkdtemp(folder));
     snprintf(path, sizeof path, "%s/image.ropt", folder);
-    trace_info info = {.width = image->width, .height = image->height, .samples = image->samples, .depth_bits = 64,
-                       .nonfinite = image->nonfinite, .reversed_depth = image->reversed_depth};
+    trace_info info = {.width = image->width,
+                       .height = image->height,
+                       .samples = image->samples,
+                       .depth_bits = 64,
+                       .nonfinite = image->nonfinite,
+                       .reversed_depth = image->reversed_depth};
     for (int c = 0; c < 4; c++)
         info.background[c] = image->background[c];
     trace_standard_positions(&info);

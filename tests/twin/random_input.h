@@ -4,11 +4,13 @@
 
 #include "twin.h"
 
-typedef struct dice { uint64_t state; } dice;
+typedef struct dice {
+    uint64_t state;
+} dice;
 uint64_t dice_next(dice *dice);
-uint32_t dice_below(dice *dice, uint32_t count);     // 0 .. count - 1
+uint32_t dice_below(dice *dice, uint32_t count);  // 0 .. count - 1
 bool dice_chance(dice *dice, uint32_t percent);
-float dice_unit(dice *dice);                         // 0 .. 1, both possible
+float dice_unit(dice *dice);  // 0 .. 1, both possible
 
 // A trace of up to 40 x 24 pixels in draws of mixed classes, with few distinct depths, depths at and beyond the
 // planes, alpha of 0 and 1, blocks in and against order, empty regions; sometimes nothing at all.
@@ -20,7 +22,10 @@ trace *random_image_open(const twin_image *image);
 
 // A program text: every opcode, blend state, stencil operation and step may occur; its loops need a limit.
 // fixed_function: declared passes only.
-typedef struct program_text { char text[65536]; size_t size; } program_text;
+typedef struct program_text {
+    char text[65536];
+    size_t size;
+} program_text;
 void random_program(dice *dice, bool fixed_function, program_text *text);
 
 // A machine by name with random formats and widths.

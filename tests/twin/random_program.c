@@ -5,7 +5,10 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-typedef struct plane_name { char name[8]; const char *kind; } plane_name;
+typedef struct plane_name {
+    char name[8];
+    const char *kind;
+} plane_name;
 
 typedef struct author {
     dice *dice;
@@ -14,9 +17,9 @@ typedef struct author {
     plane_name depth[4], stencil[2], color[4], other[3];
     uint32_t depth_count, stencil_count, color_count, other_count;
     uint32_t query_count, blend_count, kernel_count, pass_count, screen_count;
-    bool fullscreen;         // the kernel being written has no fragment
-    bool shader;             // it is a shader
-    uint32_t labels;         // of the kernel so far
+    bool fullscreen;  // the kernel being written has no fragment
+    bool shader;      // it is a shader
+    uint32_t labels;  // of the kernel so far
     uint32_t steps;
 } author;
 
@@ -43,8 +46,8 @@ static bool chance(author *a, uint32_t percent)
 
 // ---- Declarations --------------------------------------------------------------------------------------
 
-static void declare(author *a, plane_name *planes, uint32_t *count, uint32_t wanted, char letter, const char *const *kinds,
-                    uint32_t kind_count)
+static void declare(author *a, plane_name *planes, uint32_t *count, uint32_t wanted, char letter,
+                    const char *const *kinds, uint32_t kind_count)
 {
     for (*count = 0; *count < wanted; ++*count) {
         plane_name *plane = &planes[*count];
@@ -56,7 +59,8 @@ static void declare(author *a, plane_name *planes, uint32_t *count, uint32_t wan
 
 static void declare_planes(author *a)
 {
-    static const char *const depths[] = {"depth", "z16", "z24", "z32f"}, *const colors[] = {"rgba", "rgba8", "rgba16f", "rgba32f"};
+    static const char *const depths[] = {"depth", "z16", "z24", "z32f"}, *const colors[] = {"rgba", "rgba8", "rgba16f",
+                                                                                            "rgba32f"};
     static const char *const stencils[] = {"stencil"}, *const others[] = {"u32", "u8", "f32"};
     declare(a, a->depth, &a->depth_count, 2 + below(a, 3), 'd', depths, 4);
     declare(a, a->stencil, &a->stencil_count, 1 + below(a, 2), 's', stencils, 1);
@@ -167,8 +171,9 @@ static void write_pass(author *a)
 // Few registers, so that they meet; few constants, since a program has at most 32.
 static void write_scalar(author *a)
 {
-    static const char *const constants[] = {"0", "1", "2", "255", "4294967295", "8388609", "2143289344", "near", "far", "far.z16", "stencil_max",
-                                            "0.0", "1.0", "0.5", "-1.5", "3.0", "1e30"};
+    static const char *const constants[] = {"0",          "1",    "2",    "255",     "4294967295",  "8388609",
+                                            "2143289344", "near", "far",  "far.z16", "stencil_max", "0.0",
+                                            "1.0",        "0.5",  "-1.5", "3.0",     "1e30"};
     static const char *const inputs[] = {"z", "z.z16", "z.z24", "z.z32f", "primitive", "z"};
     if (chance(a, 60))
         put(a, "r%u", chance(a, 90) ? below(a, 5) : below(a, REGISTER_COUNT));
@@ -282,7 +287,8 @@ static void write_kernel(author *a, const char *what, const char *name, bool ful
 
 static void write_clear(author *a)
 {
-    static const char *const depths[] = {"near", "far", "far", "77"}, *const others[] = {"0", "3", "stencil_max", "0.5", "far.z24"};
+    static const char *const depths[] = {"near", "far", "far", "77"}, *const others[] = {"0", "3", "stencil_max", "0.5",
+                                                                                         "far.z24"};
     const uint32_t which = below(a, 4);
     if (which < 2)
         put(a, "clear %s %s\n", a->depth[below(a, a->depth_count)].name, depths[below(a, 4)]);
@@ -291,7 +297,10 @@ static void write_clear(author *a)
     else if (a->other_count && chance(a, 40))
         put(a, "clear %s %s\n", a->other[below(a, a->other_count)].name, others[below(a, 5)]);
     else
-        put(a, "clear %s %s\n", a->color[below(a, a->color_count)].name, chance(a, 30) ? "background" : chance(a, 50) ? "0 0 0 1" : "0.3 0.7 1.5 0.2");
+        put(a, "clear %s %s\n", a->color[below(a, a->color_count)].name,
+            chance(a, 30)   ? "background"
+            : chance(a, 50) ? "0 0 0 1"
+                            : "0.3 0.7 1.5 0.2");
 }
 
 // Two planes of one kind; they may be the same.

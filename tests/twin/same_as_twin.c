@@ -7,7 +7,10 @@
 #include <string.h>
 #include <cmocka.h>
 
-typedef struct way { int threads, vector_bytes; uint64_t memory_bytes; } way;
+typedef struct way {
+    int threads, vector_bytes;
+    uint64_t memory_bytes;
+} way;
 
 static const way ways[] = {
     {1, 16, 0}, {1, 32, 0}, {1, 64, 0}, {2, 0, 0}, {1, 0, 1}, {3, 0, 20000},
@@ -15,9 +18,9 @@ static const way ways[] = {
 
 static void describe(const program *program, const machine *machine, const twin_image *image, const char *label)
 {
-    print_message("%s: %u x %u, %u samples, %u draws, %u fragments%s%s on\n", label, image->width, image->height, image->samples,
-                  image->draw_count, image->fragment_count, image->reversed_depth ? ", reversed depth" : "",
-                  image->nonfinite ? ", nonfinite" : "");
+    print_message("%s: %u x %u, %u samples, %u draws, %u fragments%s%s on\n", label, image->width, image->height,
+                  image->samples, image->draw_count, image->fragment_count,
+                  image->reversed_depth ? ", reversed depth" : "", image->nonfinite ? ", nonfinite" : "");
     machine_print(machine, stdout);
     disassemble_text(program, stdout);
 }
@@ -51,8 +54,12 @@ bool same_as_twin(const program *program, const machine *machine, const twin_ima
         if (!execute_select(ways[i].vector_bytes))
             continue;
         const run_options options = {
-            .threads = ways[i].threads, .vector_bytes = ways[i].vector_bytes, .memory_bytes = ways[i].memory_bytes,
-            .max_iterations = max_iterations, .occlusion_ratio = occlusion_ratio, .keep_planes = true,
+            .threads = ways[i].threads,
+            .vector_bytes = ways[i].vector_bytes,
+            .memory_bytes = ways[i].memory_bytes,
+            .max_iterations = max_iterations,
+            .occlusion_ratio = occlusion_ratio,
+            .keep_planes = true,
             .reference = !image->nonfinite,  // what infinities add up to depends on the order
         };
         char difference[256] = "it failed";
@@ -60,9 +67,10 @@ bool same_as_twin(const program *program, const machine *machine, const twin_ima
         same = replay_run(program, machine, trace, &options, &printing, &run) == STATUS_OK &&
                run->fragments_in_trace == image->fragment_count && twin_compare(program, &twin, run, difference);
         if (!same) {
-            print_message("threads %d, vectors of %d bytes, memory %llu, at most %llu iterations, occlusion ratio %g: %s\n",
-                          options.threads, options.vector_bytes, (unsigned long long)options.memory_bytes,
-                          (unsigned long long)max_iterations, occlusion_ratio, difference);
+            print_message(
+                "threads %d, vectors of %d bytes, memory %llu, at most %llu iterations, occlusion ratio %g: %s\n",
+                options.threads, options.vector_bytes, (unsigned long long)options.memory_bytes,
+                (unsigned long long)max_iterations, occlusion_ratio, difference);
             describe(program, machine, image, label);
         }
         result_destroy(run);

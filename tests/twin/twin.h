@@ -32,8 +32,8 @@ typedef struct twin_image {
 
 typedef struct twin_plane {
     uint64_t bytes_read, bytes_written, bytes_cleared, texture_bytes_read;
-    uint32_t components;   // 4 for a colour plane, else 1
-    uint32_t *values;      // components words a sample; samples by row, pixel, sample
+    uint32_t components;  // 4 for a colour plane, else 1
+    uint32_t *values;     // components words a sample; samples by row, pixel, sample
 } twin_plane;
 
 typedef struct twin_result {
@@ -87,7 +87,7 @@ uint32_t twin_value(const twin *twin, const value *value);
 
 // Numbers (twin_numbers.c), each written from formats.def alone.
 float twin_float(uint32_t bits);
-uint32_t twin_bits(float value);    // a NaN becomes the canonical one
+uint32_t twin_bits(float value);  // a NaN becomes the canonical one
 uint32_t twin_depth_code(format format, double depth, bool reversed);
 float twin_code_depth(format format, uint32_t code, bool reversed);
 uint32_t twin_far(format format);

@@ -50,8 +50,8 @@ static float factor(blend_factor factor, const uint32_t s[4], const uint32_t d[4
     return NAN;
 }
 
-static uint32_t blend_component(blend_equation equation, blend_factor source, blend_factor destination, const uint32_t s[4],
-                                const uint32_t d[4], int c)
+static uint32_t blend_component(blend_equation equation, blend_factor source, blend_factor destination,
+                                const uint32_t s[4], const uint32_t d[4], int c)
 {
     const float a = twin_float(s[c]), b = twin_float(d[c]);
     const float f = factor(source, s, d, c), g = factor(destination, s, d, c);
@@ -71,8 +71,10 @@ void twin_blend(twin *twin, int blend, const uint32_t source[4], const uint32_t 
     const blend_decl *state = &twin->program->blends[blend];
     uint32_t rgba[4];
     for (int c = 0; c < 3; c++)
-        rgba[c] = blend_component(state->rgb.equation, state->rgb.source, state->rgb.destination, source, destination, c);
-    rgba[3] = blend_component(state->alpha.equation, state->alpha.source, state->alpha.destination, source, destination, 3);
+        rgba[c] =
+            blend_component(state->rgb.equation, state->rgb.source, state->rgb.destination, source, destination, c);
+    rgba[3] =
+        blend_component(state->alpha.equation, state->alpha.source, state->alpha.destination, source, destination, 3);
     memcpy(out, rgba, sizeof rgba);
     twin->result->fragments_composited += state->composites;
 }

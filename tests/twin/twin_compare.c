@@ -6,15 +6,15 @@
 
 static bool differ(char difference[256], const char *what, const char *of, uint64_t at, uint64_t run, uint64_t twin)
 {
-    snprintf(difference, 256, "%s%s%s at %llu: the replay has %llu (0x%llx), the twin %llu (0x%llx)", what, *of ? " of " : "", of,
-             (unsigned long long)at, (unsigned long long)run, (unsigned long long)run, (unsigned long long)twin,
-             (unsigned long long)twin);
+    snprintf(difference, 256, "%s%s%s at %llu: the replay has %llu (0x%llx), the twin %llu (0x%llx)", what,
+             *of ? " of " : "", of, (unsigned long long)at, (unsigned long long)run, (unsigned long long)run,
+             (unsigned long long)twin, (unsigned long long)twin);
     return false;
 }
 
-#define SAME(FIELD)                                                                   \
-    if (run->FIELD != twin->FIELD)                                                    \
-        return differ(difference, #FIELD, "", 0, run->FIELD, twin->FIELD)
+#define SAME(FIELD) \
+    if (run->FIELD != twin->FIELD) \
+    return differ(difference, #FIELD, "", 0, run->FIELD, twin->FIELD)
 
 static bool same_counts(const twin_result *twin, const run_result *run, char difference[256])
 {
@@ -27,13 +27,14 @@ static bool same_counts(const twin_result *twin, const run_result *run, char dif
     SAME(deepest_sample);
     for (int c = 0; c < CLASS_COUNT; c++)
         if (run->passes_by_class[c] != twin->passes_by_class[c])
-            return differ(difference, "passes_by_class", draw_class_names[c], 0, run->passes_by_class[c], twin->passes_by_class[c]);
+            return differ(difference, "passes_by_class", draw_class_names[c], 0, run->passes_by_class[c],
+                          twin->passes_by_class[c]);
     return true;
 }
 
-#define SAME_BYTES(FIELD)                                                             \
-    if (r->FIELD != t->FIELD)                                                         \
-        return differ(difference, #FIELD, r->name, 0, r->FIELD, t->FIELD)
+#define SAME_BYTES(FIELD) \
+    if (r->FIELD != t->FIELD) \
+    return differ(difference, #FIELD, r->name, 0, r->FIELD, t->FIELD)
 
 static bool same_plane(const twin_plane *t, const plane_result *r, const uint32_t *values, uint64_t sample_count,
                        char difference[256])
@@ -74,8 +75,9 @@ static bool same_error(const twin_result *twin, const error_result *error, char 
     if (near(error->max_abs, twin->max_abs) && near(error->rmse, twin->rmse) && same_psnr &&
         error->exact == (twin->max_abs <= 1e-5) && error->samples_wrong == twin->samples_wrong)
         return true;
-    snprintf(difference, 256, "error: the replay has %g, %g, %llu samples; the twin %g, %g, %llu", error->max_abs, error->rmse,
-             (unsigned long long)error->samples_wrong, twin->max_abs, twin->rmse, (unsigned long long)twin->samples_wrong);
+    snprintf(difference, 256, "error: the replay has %g, %g, %llu samples; the twin %g, %g, %llu", error->max_abs,
+             error->rmse, (unsigned long long)error->samples_wrong, twin->max_abs, twin->rmse,
+             (unsigned long long)twin->samples_wrong);
     return false;
 }
 

@@ -4,7 +4,10 @@
 #include <math.h>
 #include <stdlib.h>
 
-typedef struct layer { double depth; uint32_t order; } layer;
+typedef struct layer {
+    double depth;
+    uint32_t order;
+} layer;
 
 static int nearest_first(const void *a, const void *b)
 {

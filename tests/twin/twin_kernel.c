@@ -23,7 +23,8 @@ static uint32_t scalar(const lane *l, int source)
         return l->r[source];
     if (source == SOURCE_PRIMITIVE)
         return l->fragment->primitive;
-    const format format = source == SOURCE_DEPTH ? l->twin->limits->depth_format : (enum format)(source - SOURCE_DEPTH_FORMAT);
+    const format format =
+        source == SOURCE_DEPTH ? l->twin->limits->depth_format : (enum format)(source - SOURCE_DEPTH_FORMAT);
     return twin_depth_code(format, l->fragment->depth, l->twin->image->reversed_depth);
 }
 

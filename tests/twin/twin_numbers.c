@@ -32,14 +32,16 @@ uint32_t twin_depth_code(format format, double depth, bool reversed)
 {
     double stored = reversed ? 1.0 - depth : depth;
     stored = fmin(fmax(stored, 0.0), 1.0);  // NaN to 0
-    const uint32_t code = format == FORMAT_z32f ? twin_bits((float)(stored + 0.0)) : (uint32_t)floor(stored * twin_far(format) + 0.5);
+    const uint32_t code =
+        format == FORMAT_z32f ? twin_bits((float)(stored + 0.0)) : (uint32_t)floor(stored * twin_far(format) + 0.5);
     return reversed ? twin_far(format) - code : code;
 }
 
 float twin_code_depth(format format, uint32_t code, bool reversed)
 {
     const uint32_t stored_code = reversed ? twin_far(format) - code : code;
-    const double stored = format == FORMAT_z32f ? (double)twin_float(stored_code) : (double)stored_code / twin_far(format);
+    const double stored =
+        format == FORMAT_z32f ? (double)twin_float(stored_code) : (double)stored_code / twin_far(format);
     return (float)(reversed ? 1.0 - stored : stored);
 }
 

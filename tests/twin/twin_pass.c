@@ -1,6 +1,6 @@
-// One fragment through declared fixed-function state: shader, clip, stencil test, depth test, stencil update, depth write,
-// targets, query. A plane is read where the state needs its value, by fragments that got so far; the clip's
-// maps are read by all.
+// One fragment through declared fixed-function state: shader, clip, stencil test, depth test, stencil update, depth
+// write, targets, query. A plane is read where the state needs its value, by fragments that got so far; the clip's maps
+// are read by all.
 #include "twin.h"
 
 #include <string.h>
@@ -28,8 +28,11 @@ static bool needs_value(compare_function function)
 
 static bool clip_keeps(twin *twin, const clip_decl *clip, uint64_t sample, const twin_fragment *fragment)
 {
-    static const compare_function functions[] = {[BOUND_less] = COMPARE_less, [BOUND_lequal] = COMPARE_lequal,
-        [BOUND_equal] = COMPARE_equal, [BOUND_gequal] = COMPARE_gequal, [BOUND_greater] = COMPARE_greater};
+    static const compare_function functions[] = {[BOUND_less] = COMPARE_less,
+                                                 [BOUND_lequal] = COMPARE_lequal,
+                                                 [BOUND_equal] = COMPARE_equal,
+                                                 [BOUND_gequal] = COMPARE_gequal,
+                                                 [BOUND_greater] = COMPARE_greater};
     const format format = twin->formats[clip->plane[0]];
     const bool reversed = twin->image->reversed_depth;
     uint32_t bound = UINT32_MAX;
@@ -93,7 +96,8 @@ static bool depth_passes(twin *twin, const pass_decl *pass, uint64_t sample, uin
     return holds(pass->depth_function, code, stored[0]);
 }
 
-static void update_stencil(twin *twin, const pass_decl *pass, uint64_t sample, stencil_operation operation, uint32_t stored)
+static void update_stencil(twin *twin, const pass_decl *pass, uint64_t sample, stencil_operation operation,
+                           uint32_t stored)
 {
     if (operation == STENCIL_keep)
         return;
@@ -133,8 +137,9 @@ void twin_pass(twin *twin, const pass_decl *pass, uint64_t sample, const twin_fr
         update_stencil(twin, pass, sample, pass->stencil_fail, stencil);
         return;
     }
-    const uint32_t code =
-        pass->depth_plane < 0 ? 0 : twin_depth_code(twin->formats[pass->depth_plane], fragment->depth, twin->image->reversed_depth);
+    const uint32_t code = pass->depth_plane < 0 ? 0
+                                                : twin_depth_code(twin->formats[pass->depth_plane], fragment->depth,
+                                                                  twin->image->reversed_depth);
     if (!depth_passes(twin, pass, sample, code)) {
         if (has_stencil)
             update_stencil(twin, pass, sample, pass->stencil_depth_fail, stencil);

@@ -14,8 +14,12 @@ enum { FRAGMENT_MAX = 4000 };
 
 static void start_image(twin_image *image, uint32_t width, uint32_t height, uint32_t samples)
 {
-    *image = (twin_image){.width = width, .height = height, .samples = samples, .background = {0.2f, 0.4f, 0.6f, 1.0f},
-                          .classes = {CLASS_TRANSPARENT}, .draw_count = 1};
+    *image = (twin_image){.width = width,
+                          .height = height,
+                          .samples = samples,
+                          .background = {0.2f, 0.4f, 0.6f, 1.0f},
+                          .classes = {CLASS_TRANSPARENT},
+                          .draw_count = 1};
     image->fragments = malloc(FRAGMENT_MAX * sizeof *image->fragments);
     assert_non_null(image->fragments);
 }
@@ -23,8 +27,8 @@ static void start_image(twin_image *image, uint32_t width, uint32_t height, uint
 static void add(twin_image *image, uint32_t x, uint32_t y, uint32_t sample, double depth)
 {
     assert_true(image->fragment_count < FRAGMENT_MAX);
-    image->fragments[image->fragment_count++] =
-        (twin_fragment){.x = x, .y = y, .sample = sample, .depth = depth, .rgba = {0.5f, 0.25f, 1.0f, 0.5f}, .primitive = x};
+    image->fragments[image->fragment_count++] = (twin_fragment){
+        .x = x, .y = y, .sample = sample, .depth = depth, .rgba = {0.5f, 0.25f, 1.0f, 0.5f}, .primitive = x};
 }
 
 // Tiles of 8 x 8: the further right, the more layers, every third tile against the order of depth, every seventh empty.
@@ -69,49 +73,50 @@ static void nothing(twin_image *image)
 
 // Declarations that all share. `peel` counts fragments behind `last` and moves `next` to the nearest of them, so
 // that a loop over it runs once a layer and once more. `tick` counts iterations at every sample.
-static const char head[] =
-    "program conditions\n"
-    "plane last, next depth\n"
-    "plane ticks, rises u32\n"
-    "plane color rgba\n"
-    "query found\nquery risen\nquery ticked\n"
-    "output color\n"
-    "pass peel\n"
-    "    clip z > last\n"
-    "    depth less next\n"
-    "    target color replace premul\n"
-    "    count found\n"
-    "end\n"
-    "kernel tick fullscreen\n"
-    "    ld r0, ticks\n"
-    "    add r0, r0, 1\n"
-    "    st ticks, r0\n"
-    "end\n"
-    "kernel rise fullscreen\n"  // counts in iterations 4 to 7, 12 to 15 ...
-    "    ld r0, ticks\n"
-    "    and r1, r0, 4\n"
-    "    ne p1, r1, 0\n"
-    "    @p1 count risen\n"
-    "end\n"
-    "kernel note fullscreen\n"
-    "    ld r0, rises\n"
-    "    add r0, r0, 1\n"
-    "    st rises, r0\n"
-    "end\n"
-    "kernel visit\n"             // shallow samples fall silent, then speak again
-    "    ld r0, ticks\n"
-    "    and r1, r0, 7\n"
-    "    eq p1, r1, 6\n"
-    "    @p1 count risen\n"
-    "    @p1 st rises, r0\n"
-    "end\n"
-    "kernel first fullscreen\n"  // counts at one level of ticks only
-    "    ld r0, ticks\n"
-    "    eq p1, r0, 0\n"
-    "    @p1 count ticked\n"
-    "end\n";
+static const char head[] = "program conditions\n"
+                           "plane last, next depth\n"
+                           "plane ticks, rises u32\n"
+                           "plane color rgba\n"
+                           "query found\nquery risen\nquery ticked\n"
+                           "output color\n"
+                           "pass peel\n"
+                           "    clip z > last\n"
+                           "    depth less next\n"
+                           "    target color replace premul\n"
+                           "    count found\n"
+                           "end\n"
+                           "kernel tick fullscreen\n"
+                           "    ld r0, ticks\n"
+                           "    add r0, r0, 1\n"
+                           "    st ticks, r0\n"
+                           "end\n"
+                           "kernel rise fullscreen\n"  // counts in iterations 4 to 7, 12 to 15 ...
+                           "    ld r0, ticks\n"
+                           "    and r1, r0, 4\n"
+                           "    ne p1, r1, 0\n"
+                           "    @p1 count risen\n"
+                           "end\n"
+                           "kernel note fullscreen\n"
+                           "    ld r0, rises\n"
+                           "    add r0, r0, 1\n"
+                           "    st rises, r0\n"
+                           "end\n"
+                           "kernel visit\n"  // shallow samples fall silent, then speak again
+                           "    ld r0, ticks\n"
+                           "    and r1, r0, 7\n"
+                           "    eq p1, r1, 6\n"
+                           "    @p1 count risen\n"
+                           "    @p1 st rises, r0\n"
+                           "end\n"
+                           "kernel first fullscreen\n"  // counts at one level of ticks only
+                           "    ld r0, ticks\n"
+                           "    eq p1, r0, 0\n"
+                           "    @p1 count ticked\n"
+                           "end\n";
 
-typedef struct subject { const char *name, *text; } subject;
+typedef struct subject {
+    const char *name, *text;
+} subject;
 
 static const subject subjects[] = {
     {"layer by layer: finished tiles stand still",
@@ -128,18 +133,21 @@ static const subject subjects[] = {
      " copy last next\n fullscreen tick\n fullscreen rise\n if risen\n fullscreen note\n end\n while found\nend\n"},
     {"fragments speak again after silence",
      "schedule\n clear last near\n repeat\n reset found\n reset risen\n clear next far\n draw transparent with peel\n"
-     " copy last next\n fullscreen tick\n draw transparent with visit\n if risen\n draw transparent with peel\n end\n while found\nend\n"},
+     " copy last next\n fullscreen tick\n draw transparent with visit\n if risen\n draw transparent with peel\n end\n "
+     "while found\nend\n"},
     {"a query that is never reset: the limit ends it",
      "limit iterations 23\nschedule\n clear last near\n repeat\n clear next far\n draw transparent with peel\n"
      " copy last next\n while found\nend\n"},
     {"still from the start: the limit ends it",
      "limit iterations 9\nschedule\n fullscreen first\n repeat\n copy last next\n while ticked\nend\n"},
     {"an inner loop in an outer one",
-     "limit iterations 6\nschedule\n clear last near\n repeat\n reset risen\n clear last near\n repeat\n reset found\n clear next far\n"
+     "limit iterations 6\nschedule\n clear last near\n repeat\n reset risen\n clear last near\n repeat\n reset found\n "
+     "clear next far\n"
      " draw transparent with peel\n copy last next\n while found\n fullscreen tick\n fullscreen rise\n while ticked\n"
      " repeat\n reset risen\n fullscreen tick\n fullscreen rise\n while risen\nend\n"},
     {"a loop after a loop with the same query",
-     "schedule\n clear last near\n repeat\n reset found\n clear next far\n draw transparent with peel\n copy last next\n while found\n"
+     "schedule\n clear last near\n repeat\n reset found\n clear next far\n draw transparent with peel\n copy last "
+     "next\n while found\n"
      " clear last near\n repeat\n reset found\n clear next far\n draw transparent with peel\n copy last next\n"
      " if found\n fullscreen tick\n end\n while found\nend\n"},
 };
@@ -156,7 +164,10 @@ static program *assemble(const char *text)
 static void check(const program *program, const machine *machine, const char *name)
 {
     static void (*const images[])(twin_image *) = {staircase, lonely, two_samples, nothing};
-    static const struct { uint64_t limit; double ratio; } ways[] = {{0, -1.0}, {1, -1.0}, {7, -1.0}, {0, 0.05}};
+    static const struct {
+        uint64_t limit;
+        double ratio;
+    } ways[] = {{0, -1.0}, {1, -1.0}, {7, -1.0}, {0, 0.05}};
     for (size_t i = 0; i < sizeof images / sizeof *images; i++) {
         twin_image image;
         images[i](&image);
@@ -200,7 +211,9 @@ static void many_conditions_equal_twin(void **state)
 {
     (void)state;
     char text[16384];
-    size_t size = (size_t)snprintf(text, sizeof text, "schedule\n clear last near\n repeat\n reset found\n clear next far\n draw transparent with peel\n copy last next\n");
+    size_t size = (size_t)snprintf(text, sizeof text,
+                                   "schedule\n clear last near\n repeat\n reset found\n clear next far\n draw "
+                                   "transparent with peel\n copy last next\n");
     for (int i = 0; i < 70; i++)
         size += (size_t)snprintf(text + size, sizeof text - size, " if found\n end\n");
     snprintf(text + size, sizeof text - size, " fullscreen first\n while found\nend\n");
@@ -224,7 +237,8 @@ static void many_counts_equal_twin(void **state)
             size += (size_t)snprintf(text + size, sizeof text - size, " count risen\n");
         size += (size_t)snprintf(text + size, sizeof text - size, "end\n");
     }
-    snprintf(text + size, sizeof text - size, "schedule\n fullscreen counts%d\n if risen\n fullscreen tick\n end\nend\n", KERNELS - 1);
+    snprintf(text + size, sizeof text - size,
+             "schedule\n fullscreen counts%d\n if risen\n fullscreen tick\n end\nend\n", KERNELS - 1);
     machine machine;
     assert_int_equal(machine_load("programmable", NULL, &machine), STATUS_OK);
     program *program = assemble(text);

@@ -43,7 +43,8 @@ static void run_programs(const char *machine_name)
         char label[64];
         snprintf(label, sizeof label, "image %u of seed %llu", i, (unsigned long long)test_seed());
         for (int p = 0; p < count; p++)
-            assert_true(!runs_on(programs[p], &machine) || same_as_twin(programs[p], &machine, &image, limit, ratio, label));
+            assert_true(!runs_on(programs[p], &machine) ||
+                        same_as_twin(programs[p], &machine, &image, limit, ratio, label));
         random_image_free(&image);
     }
     for (int p = 0; p < count; p++)
