@@ -206,6 +206,33 @@ static void shipped_programs_equal_twin(void **state)
     }
 }
 
+// P stands still in the inner loop but for a query that only the outer loop asks for: it must grow all the same.
+// Q has six layers, so P is visited seven times: above the threshold of 4, which 3 visits would not be.
+static void silent_query_grows(void **state)
+{
+    (void)state;
+    twin_image image;
+    start_image(&image, 9, 1, 1);
+    add(&image, 0, 0, 0, 0.5);
+    for (int layer = 1; layer <= 6; layer++)
+        add(&image, 8, 0, 0, layer / 8.0);
+    char text[4096] = "kernel loud\n ld r0, last\n ld r1, next\n lt p1, r0, z\n @p1 lt p1, z, r1\n @p1 st next, z\n";
+    for (int i = 0; i < 10; i++)
+        strcat(text, " @p1 count found\n");
+    strcat(
+        text,
+        "end\nkernel tally\n eq p1, primitive, 0\n @p1 count risen\nend\n"
+        "schedule\n repeat\n fullscreen tick\n reset risen\n clear last near\n repeat\n reset found\n clear next far\n"
+        " draw transparent with loud\n copy last next\n draw transparent with tally\n while found\n while "
+        "risen\nend\n");
+    machine machine;
+    assert_int_equal(machine_load("programmable", NULL, &machine), STATUS_OK);
+    program *program = assemble(text);
+    assert_true(same_as_twin(program, &machine, &image, 12, 0.5, "silent query"));
+    random_image_free(&image);
+    program_destroy(program);
+}
+
 // More conditions in one iteration than are remembered.
 static void many_conditions_equal_twin(void **state)
 {
@@ -252,9 +279,8 @@ static void many_counts_equal_twin(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(conditions_equal_twin),
-        cmocka_unit_test(shipped_programs_equal_twin),
-        cmocka_unit_test(many_conditions_equal_twin),
+        cmocka_unit_test(conditions_equal_twin),  cmocka_unit_test(shipped_programs_equal_twin),
+        cmocka_unit_test(silent_query_grows),     cmocka_unit_test(many_conditions_equal_twin),
         cmocka_unit_test(many_counts_equal_twin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
