@@ -13,7 +13,7 @@ void lex_start(lexer *lexer, const char *file, const char *text, size_t size, co
     memset(lexer, 0, sizeof *lexer);
     lexer->file = file;
     lexer->next = text;
-    lexer->end = text + size;
+    lexer->end = size ? text + size : text;  // an empty text may be NULL
     lexer->report = report;
 }
 

@@ -269,7 +269,7 @@ bool unroll_text(const char *file, const char *text, size_t size, const paramete
                  const report *report, unrolled *out)
 {
     memset(out, 0, sizeof *out);
-    unroller u = {.text = text, .end = text + size, .parameters = parameters, .parameter_count = parameter_count, .out = out};
+    unroller u = {.text = text, .end = size ? text + size : text, .parameters = parameters, .parameter_count = parameter_count, .out = out};
     lex_start(&u.lex, file, text, size, report);
     const char *line = text;
     int number = 1;
