@@ -306,6 +306,31 @@ status history_plane_value(const program *program, const machine *machine, trace
                            uint32_t sample, const char *plane, const history_options *options, const report *report,
                            uint32_t value[4]);
 
+// ---- Trace tests (sim/tracetest) -----------------------------------------------------------------------
+
+// Text files that hold a trace, programs, a machine and what must come out: docs/testing.md.
+typedef struct trace_test_options {
+    int threads;               // test files at once; 0: one a processor
+    bool bless;                // replace expected figures that were not met by those seen, in the files
+} trace_test_options;
+
+typedef struct trace_test_totals {
+    uint64_t files, passed, failed;  // passed, failed: runs, a program on a trace each; a file that is no test failed
+    uint64_t expectations, blessed;  // expect lines of all runs; figures replaced
+    double seconds;
+} trace_test_totals;
+
+typedef struct trace_tests trace_tests;
+// Runs the tests of files and of folders (all *.rtest below). Tests that fail are in the outcome, not in the status.
+status trace_tests_run(const char *const *paths, int path_count, const trace_test_options *options, const report *report,
+                       trace_tests **tests);
+void trace_tests_destroy(trace_tests *tests);
+const trace_test_totals *trace_tests_totals(const trace_tests *tests);
+status trace_tests_print(const trace_tests *tests, FILE *out);      // a line a file, failures in full, `N passed, M failed`
+status trace_tests_print_tap(const trace_tests *tests, FILE *out);  // Test Anything Protocol 13
+status trace_tests_write_junit(const trace_tests *tests, const char *path, const report *report);
+status trace_tests_print_expectations(FILE *out);                   // what a test can expect, from the table
+
 // ---- Results (sim/report) ------------------------------------------------------------------------------
 
 // The object of `ropsim run --json`; `trace_path` as the user gave it. Written aside and renamed.

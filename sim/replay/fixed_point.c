@@ -93,6 +93,8 @@ static void count_iterations(worker *w, tile *tile)
 
 void fixed_head(worker *w, tile *tile, int loop)
 {
+    if (w->plan->stop_after_pass)
+        return;  // every pass must be met
     const bool again = w->loop == loop && w->noted_count > 0;
     if (again && w->has_snapshot && state_is_snapshot(w, tile)) {
         w->fixed = true;

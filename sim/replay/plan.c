@@ -7,6 +7,14 @@ static uint32_t plane_words(const bound_program *bound, int plane)
     return (color ? 4 : 1) * TILE_LANES;
 }
 
+bool plan_stops_after(const plan *plan, const step *step, uint64_t *passes)
+{
+    const bool pass = step->kind == STEP_FULLSCREEN || (step->kind == STEP_DRAW && step->classes != DRAW_OPAQUE);
+    if (plan->stop_after_pass && pass)
+        ++*passes;
+    return pass && plan->stop_after_pass && *passes == plan->stop_after_pass;
+}
+
 status plan_make(plan *plan, const program *program, const bound_program *bound, const report *report)
 {
     plan->program = program;

@@ -182,7 +182,10 @@ static bool run_step(worker *w, tile *tile)
         break;
     case STEP_END: break;
     }
-    tile->step++;
+    if (plan_stops_after(w->plan, step, &tile->passes))
+        tile->step = (uint16_t)w->plan->program->step_count;
+    else
+        tile->step++;
     return true;
 }
 
