@@ -61,6 +61,15 @@ status trace_rewind(trace *trace);
 // From the next rewind on, runs without any fragment in pixels [x0, x1) x [y0, y1) may be left out.
 void trace_select(trace *trace, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1);
 
+// A trace whose fragments come from calls instead of a file, which mean what trace_next and trace_rewind mean. What they
+// hand out is not checked: it must keep every rule of `info`, which is copied. Free with trace_close.
+typedef struct trace_source {
+    status (*next)(void *user, fragments *fragments);
+    status (*rewind)(void *user);
+    void *user;
+} trace_source;
+status trace_from_source(const trace_info *info, const trace_source *source, const report *report, trace **trace);
+
 typedef struct trace_writer trace_writer;
 // Writes aside and renames into place in trace_finish. `info`: size, samples, positions, background, flags;
 // draws and counts come from what is written. Ending .rtxt: text; else binary.
@@ -248,6 +257,9 @@ typedef struct run_result {
     uint64_t iterations;               // executions of the repeat bodies, the last empty one included
     bool iteration_limit_reached;
     uint64_t fragments_in_trace, fragments_replayed, fragments_composited;
+    bool has_list, list_composites;    // the schedule has a `list` step; its blend state composites
+    uint64_t list_kept, list_lost;     // fragments that lists kept, and lost since they were full
+    uint64_t list_entry_bytes;         // memory of one: its depth and colour in the planes' formats
     uint64_t deepest_sample;           // most transparent fragments at one sample
     plane_result planes[PLANE_MAX];
     int plane_count;
@@ -305,6 +317,58 @@ status history_print_json(const program *program, const machine *machine, trace 
 status history_plane_value(const program *program, const machine *machine, trace *trace, uint32_t x, uint32_t y,
                            uint32_t sample, const char *plane, const history_options *options, const report *report,
                            uint32_t value[4]);
+
+// ---- Visibility ordering (sim/order) -------------------------------------------------------------------
+
+typedef struct order_options {
+    int threads;            // 0: one a processor
+    uint32_t block_pixels;  // side of the blocks in which planes are read back and scanned; 0: the whole image
+    uint64_t memory_bytes;  // budget of the fragments held in memory; 0: 4 GiB
+    bool printed;           // the paper's own rule of what goes back, which can put a hidden primitive too early
+} order_options;
+
+typedef enum order_place {
+    PLACE_LAYER,    // in order
+    PLACE_CYCLE,    // lies, by way of others or of itself, in front of itself
+    PLACE_BEHIND,   // lies behind such a one, so that no layer can take it
+    PLACE_NOWHERE,  // covers no sample: edge-on, outside the view, or too small
+    PLACE_COUNT
+} order_place;
+
+typedef struct order_primitive {
+    uint32_t draw, primitive;  // together its identity: the numbers of two draws may be the same
+    order_place place;
+    uint32_t layer;            // PLACE_LAYER: from 0, the nearest
+} order_primitive;
+
+typedef struct order_counts { uint64_t bytes_read, samples_scanned; } order_counts;
+
+typedef struct order_result {
+    char machine[NAME_SIZE], machine_hash[33], trace_hash[33];
+    uint32_t width, height, samples, block_pixels;
+    bool printed;
+    order_primitive *primitives;  // those in order first, by layer, draw, number; then the others, by place, draw, number
+    uint64_t primitive_count, place_counts[PLACE_COUNT];
+    uint64_t nowhere_unnamed;     // cover no sample and cannot be named, as the trace's numbering does not tell
+    bool several_draws;           // a number occurs in more than one draw
+    uint32_t layer_count;
+    uint64_t item_passes, complexity_passes, complexity_passes_most;  // the most that a layer took
+    uint64_t fragments, fragments_replayed;
+    order_counts whole, blocks;   // had whole planes been read back each time; what was read
+    uint64_t pairs, pairs_wrong;  // neighbours in depth at a sample, both in order; whose layers contradict the trace's depths
+    double wall_seconds;
+} order_result;
+
+// Layers of the transparent and sorted draws' primitives, front to back. A fragment is in front of another of its sample if
+// its depth, as the machine stores it, is less, or equal and it arrived first. docs/order.md.
+// `trace` stands anywhere and is left rewound. Needs 2 bits of stencil and kernels. Free with order_destroy.
+status order_run(trace *trace, const machine *machine, const order_options *options, const report *report,
+                 order_result **result);
+void order_destroy(order_result *result);  // NULL is fine
+// A line for each primitive in order, front to back: its number, its layer, and its draw if several_draws.
+status order_write(const order_result *result, const char *path, const report *report);
+status order_write_json(const order_result *result, const char *trace_path, const char *path, const report *report);
+status order_print(const order_result *result, FILE *out);
 
 // ---- Trace tests (sim/tracetest) -----------------------------------------------------------------------
 

@@ -20,6 +20,8 @@ typedef struct opened {
 // Both take over the descriptor, also on failure.
 status binary_open(const char *path, int descriptor, const report *report, trace_info *info, opened *opened);
 status text_open(const char *path, int descriptor, const report *report, trace_info *info, opened *opened);
+// False: memory ran out.
+bool source_open(const trace_source *source, opened *opened);
 
 // A writer of one form: draws come in order, blocks between begin_draw and end_draw, all checked and counted already.
 typedef struct writer_form {

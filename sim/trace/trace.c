@@ -68,6 +68,25 @@ status trace_open(const char *path, const report *report, trace **result)
     return STATUS_OK;
 }
 
+status trace_from_source(const trace_info *info, const trace_source *source, const report *report, trace **result)
+{
+    *result = NULL;
+    trace *trace = calloc(1, sizeof *trace);
+    trace_draw *draws = malloc((info->draw_count ? info->draw_count : 1) * sizeof *draws);
+    opened opened;
+    if (!trace || !draws || !source_open(source, &opened)) {
+        free(trace);
+        free(draws);
+        return report_error(report, STATUS_IO, "no memory for a trace");
+    }
+    if (info->draw_count)
+        memcpy(draws, info->draws, info->draw_count * sizeof *draws);
+    *trace = (struct trace){.report = report, .info = *info, .opened = opened};
+    trace->info.draws = draws;
+    *result = trace;
+    return STATUS_OK;
+}
+
 void trace_close(trace *trace)
 {
     if (!trace)
