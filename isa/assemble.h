@@ -9,6 +9,7 @@
 typedef struct assembler {
     lexer lex;
     program *program;
+    bool in_batches;  // the schedule's line stands inside `batches`
 } assembler;
 
 // Each reads the lines up to and with the block's `end`.

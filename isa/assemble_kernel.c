@@ -219,7 +219,7 @@ static bool read_instruction(kernel_reader *reader)
         return false;
     instruction.op = (opcode)op;
     const opcode_row *row = &opcode_table[op];
-    if (kernel->is_shader && (op == OP_ld || op == OP_st || op == OP_blend || op == OP_count))
+    if (kernel->is_shader && (op == OP_ld || op == OP_st || op == OP_count))
         return lex_error(lex, start, "a shader cannot %s: it reads planes by tex and leaves the rest to its pass", row->name);
     const bool color = operands_are_color(reader, row);
     const struct { operand_kind kind; uint8_t *field; } operands[] = {

@@ -5,6 +5,8 @@
 //   draw opaque|transparent|unsorted|sorted with KERNEL
 //   fullscreen KERNEL          reset QUERY
 //   if QUERY ... end           repeat ... while QUERY
+//   list transparent|unsorted|sorted before PLANE entries N into PLANE with BLEND
+//   batches N ... end          inside: draw batch with KERNEL, clear PLANE batch_near|batch_far
 //   end
 #include "assemble.h"
 
@@ -12,9 +14,9 @@
 
 enum { NESTING_MAX = 16 };
 
-typedef enum word { W_CLEAR, W_COPY, W_SWAP, W_DRAW, W_FULLSCREEN, W_RESET, W_IF, W_REPEAT, W_WHILE, W_END, W_COUNT } word;
+typedef enum word { W_CLEAR, W_COPY, W_SWAP, W_DRAW, W_FULLSCREEN, W_RESET, W_IF, W_REPEAT, W_WHILE, W_END, W_LIST, W_BATCHES, W_COUNT } word;
 static const char *const words[W_COUNT] = {"clear", "copy", "swap",   "draw",  "fullscreen",
-                                           "reset", "if",   "repeat", "while", "end"};
+                                           "reset", "if",   "repeat", "while", "end",  "list", "batches"};
 
 static bool read_kernel_name(assembler *assembler, step *step, bool fullscreen)
 {
@@ -69,6 +71,14 @@ static bool read_clear(assembler *assembler, step *step)
         return true;
     }
     const token at = lex_peek(lex);
+    const bool batch_far = lex_is(at, "batch_far");
+    if (batch_far || lex_is(at, "batch_near")) {
+        lex_take(lex);
+        step->value = (value){.kind = batch_far ? VALUE_BATCH_FAR : VALUE_BATCH_NEAR, .format = -1};
+        return assembler->in_batches && decl->kind == PLANE_DEPTH
+                   ? true
+                   : lex_error(lex, at, "a plane declared depth is cleared to a batch's range, inside 'batches'");
+    }
     if (assemble_value(assembler, &step->value))
         return true;
     return lex_error(lex, at, "plane '%s' is cleared to near, far, far.FORMAT, stencil_max, an integer or a float", decl->name);
@@ -92,13 +102,49 @@ static bool read_two_planes(assembler *assembler, step *step)
 
 static bool read_draw(assembler *assembler, step *step)
 {
-    static const char *const names[] = {"opaque", "transparent", "unsorted", "sorted"};
-    static const uint8_t classes[] = {DRAW_OPAQUE, DRAW_TRANSPARENT, DRAW_UNSORTED, DRAW_SORTED};
+    static const char *const names[] = {"opaque", "transparent", "unsorted", "sorted", "batch"};
+    static const uint8_t classes[] = {DRAW_OPAQUE, DRAW_TRANSPARENT, DRAW_UNSORTED, DRAW_SORTED, DRAW_BATCH};
     int which;
-    if (!lex_lookup(&assembler->lex, "class of draws", names, 4, &which) || !lex_expect(&assembler->lex, "with"))
+    const token at = lex_peek(&assembler->lex);
+    if (!lex_lookup(&assembler->lex, "class of draws", names, 5, &which) || !lex_expect(&assembler->lex, "with"))
         return false;
     step->classes = classes[which];
+    if (step->classes == DRAW_BATCH && !assembler->in_batches)
+        return lex_error(&assembler->lex, at, "'batch' is for steps inside 'batches'");
     return read_kernel_name(assembler, step, false);
+}
+
+// list CLASS before PLANE entries N into PLANE with BLEND
+static bool read_list(assembler *assembler, step *step)
+{
+    static const char *const names[] = {"transparent", "unsorted", "sorted"};
+    static const uint8_t classes[] = {DRAW_TRANSPARENT, DRAW_UNSORTED, DRAW_SORTED};
+    lexer *lex = &assembler->lex;
+    const plane_decl *planes = assembler->program->planes;
+    int which, before, into, blend;
+    uint64_t entries;
+    if (!lex_lookup(lex, "class of draws", names, 3, &which) || !lex_expect(lex, "before"))
+        return false;
+    const token depth = lex_peek(lex);
+    if (!assemble_plane(assembler, &before))
+        return false;
+    if (planes[before].kind != PLANE_DEPTH)
+        return lex_error(lex, depth, "'%s' is not declared depth", planes[before].name);
+    if (!lex_expect(lex, "entries") || !lex_uint(lex, "the entries of a sample's list", 65536, &entries) || !lex_expect(lex, "into"))
+        return false;
+    const token color = lex_peek(lex);
+    if (!assemble_plane(assembler, &into))
+        return false;
+    if (!plane_is_color(&planes[into]))
+        return lex_error(lex, color, "'%s' is not a colour plane", planes[into].name);
+    if (!lex_expect(lex, "with") || !assemble_blend(assembler, &blend))
+        return false;
+    step->classes = classes[which];
+    step->source = (uint8_t)before;
+    step->entries = (uint32_t)entries;
+    step->plane = (uint8_t)into;
+    step->kernel = (uint8_t)blend;
+    return true;
 }
 
 static bool read_query(assembler *assembler, step *step)
@@ -110,24 +156,43 @@ static bool read_query(assembler *assembler, step *step)
     return true;
 }
 
-// Closes the innermost `repeat` or `if`, also if it is the wrong one, so that one mistake gives one message.
-static bool close_block(assembler *assembler, int *open, int *depth, step_kind kind, token at)
+// Closes the innermost block: `while` a `repeat`, `end` an `if` or `batches`.
+static bool close_block(assembler *assembler, int *open, int *depth, bool is_while, token at)
 {
     program *program = assembler->program;
-    if (*depth == 0 || program->steps[open[*depth - 1]].kind != kind) {
-        *depth -= *depth > 0;
-        return lex_error(&assembler->lex, at, kind == STEP_REPEAT ? "'while' without 'repeat'" : "'end' inside 'repeat': close it with 'while'");
-    }
+    step *steps = program->steps, *end = &steps[program->step_count];
+    const step_kind kind = *depth > 0 ? steps[open[*depth - 1]].kind : STEP_END;
+    if (*depth == 0 || is_while != (kind == STEP_REPEAT))
+        return lex_error(&assembler->lex, at, is_while ? "'while' without 'repeat'" : "'end' inside 'repeat': close it with 'while'");
     const int start = open[--*depth];
-    program->steps[start].target = (uint16_t)program->step_count;
-    program->steps[program->step_count].target = (uint16_t)start;
+    if (kind == STEP_BATCHES) {
+        end->kind = STEP_END_BATCHES;
+        assembler->in_batches = false;
+    }
+    steps[start].target = (uint16_t)program->step_count;
+    end->target = (uint16_t)start;
+    return true;
+}
+
+// batches N
+static bool read_batches(assembler *assembler, step *step)
+{
+    uint64_t draws;
+    const token at = lex_peek(&assembler->lex);
+    if (!lex_uint(&assembler->lex, "the draws of a batch", 65536, &draws))
+        return false;
+    if (draws == 0 || assembler->in_batches)
+        return lex_error(&assembler->lex, at, draws ? "'batches' inside 'batches'" : "a batch has at least one draw");
+    step->entries = (uint32_t)draws;
+    assembler->in_batches = true;
     return true;
 }
 
 bool assemble_schedule(assembler *assembler)
 {
     static const step_kind kinds[W_COUNT] = {STEP_CLEAR, STEP_COPY, STEP_SWAP,   STEP_DRAW,  STEP_FULLSCREEN,
-                                             STEP_RESET, STEP_IF,   STEP_REPEAT, STEP_WHILE, STEP_END};
+                                             STEP_RESET, STEP_IF,   STEP_REPEAT, STEP_WHILE, STEP_END,
+                                             STEP_LIST,  STEP_BATCHES};
     lexer *lex = &assembler->lex;
     program *program = assembler->program;
     int open[NESTING_MAX], depth = 0;
@@ -152,13 +217,15 @@ bool assemble_schedule(assembler *assembler)
         case W_RESET: good = read_query(assembler, step); break;
         case W_IF:
         case W_REPEAT:
+        case W_BATCHES:
             if (depth == NESTING_MAX)
                 return lex_error(lex, at, "nested more than %d deep", NESTING_MAX);
             open[depth++] = program->step_count;
-            good = which == W_REPEAT || read_query(assembler, step);
+            good = which == W_REPEAT || (which == W_IF ? read_query(assembler, step) : read_batches(assembler, step));
             break;
-        case W_WHILE: good = close_block(assembler, open, &depth, STEP_REPEAT, at) && read_query(assembler, step); break;
-        case W_END: good = close_block(assembler, open, &depth, STEP_IF, at); break;
+        case W_WHILE: good = close_block(assembler, open, &depth, true, at) && read_query(assembler, step); break;
+        case W_END: good = close_block(assembler, open, &depth, false, at); break;
+        case W_LIST: good = read_list(assembler, step); break;
         case W_COUNT: break;
         }
         program->step_count++;

@@ -14,6 +14,8 @@ uint32_t bind_value(const bound_program *bound, const value *value)
     case VALUE_STENCIL_MAX: return (1u << bound->limits.stencil_bits) - 1;
     case VALUE_NEAR:
     case VALUE_BACKGROUND:
+    case VALUE_BATCH_NEAR:  // settled by the replay, which knows the batches
+    case VALUE_BATCH_FAR:
     case VALUE_RGBA: break;
     }
     return 0;

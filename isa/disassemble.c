@@ -39,6 +39,8 @@ static void print_value(const printer *p, const value *value)
         break;
     case VALUE_STENCIL_MAX: fputs("stencil_max", p->out); break;
     case VALUE_BACKGROUND: fputs("background", p->out); break;
+    case VALUE_BATCH_NEAR: fputs("batch_near", p->out); break;
+    case VALUE_BATCH_FAR: fputs("batch_far", p->out); break;
     case VALUE_RGBA:
         for (int i = 0; i < 4; i++) {
             if (i)
@@ -185,6 +187,7 @@ static const char *class_name(uint8_t classes)
     return classes == DRAW_OPAQUE        ? "opaque"
            : classes == DRAW_TRANSPARENT ? "transparent"
            : classes == DRAW_UNSORTED    ? "unsorted"
+           : classes == DRAW_BATCH       ? "batch"
                                          : "sorted";
 }
 
@@ -210,6 +213,13 @@ static void print_step(const printer *p, const step *step, int indent)
     case STEP_IF: fprintf(p->out, "if %s", program->queries[step->query].name); break;
     case STEP_REPEAT: fputs("repeat", p->out); break;
     case STEP_WHILE: fprintf(p->out, "while %s", program->queries[step->query].name); break;
+    case STEP_LIST:
+        fprintf(p->out, "list %s before %s entries %u into %s with %s", class_name(step->classes),
+                program->planes[step->source].name, step->entries, program->planes[step->plane].name,
+                program->blends[step->kernel].name);
+        break;
+    case STEP_BATCHES: fprintf(p->out, "batches %u", step->entries); break;
+    case STEP_END_BATCHES:
     case STEP_END: fputs("end", p->out); break;
     }
     fputc('\n', p->out);
@@ -221,10 +231,10 @@ static void print_schedule(const printer *p)
     int indent = 1;
     for (int i = 0; i < p->program->step_count; i++) {
         const step *step = &p->program->steps[i];
-        if (step->kind == STEP_WHILE || step->kind == STEP_END)
+        if (step->kind == STEP_WHILE || step->kind == STEP_END || step->kind == STEP_END_BATCHES)
             indent--;
         print_step(p, step, indent);
-        if (step->kind == STEP_REPEAT || step->kind == STEP_IF)
+        if (step->kind == STEP_REPEAT || step->kind == STEP_IF || step->kind == STEP_BATCHES)
             indent++;
     }
     fputs("end\n", p->out);

@@ -76,7 +76,7 @@ static void walk_name(walker *w, char name[NAME_SIZE])
 
 static void walk_value(walker *w, value *value)
 {
-    WALK(w, value->kind, 0, VALUE_RGBA + 1);
+    WALK(w, value->kind, 0, VALUE_BATCH_FAR + 1);
     walk_word(w, &value->bits);
     WALK(w, value->format, -1, FORMAT_COUNT);
     for (int i = 0; i < 4; i++)
@@ -161,12 +161,14 @@ static void walk_kernel(walker *w, kernel_decl *kernel, const program *p)
 
 static void walk_step(walker *w, step *step, const program *p)
 {
-    WALK(w, step->kind, 0, STEP_END + 1);
+    WALK(w, step->kind, 0, STEP_END_BATCHES + 1);
     WALK(w, step->plane, 0, p->plane_count + (p->plane_count == 0));
     WALK(w, step->source, 0, p->plane_count + (p->plane_count == 0));
-    WALK(w, step->kernel, 0, p->kernel_count + (p->kernel_count == 0));
+    const int named = step->kind == STEP_LIST ? p->blend_count : p->kernel_count;
+    WALK(w, step->kernel, 0, named + (named == 0));
     WALK(w, step->query, 0, p->query_count + (p->query_count == 0));
-    WALK(w, step->classes, 0, 8);
+    WALK(w, step->classes, 0, DRAW_BATCH + 1);
+    WALK(w, step->entries, 0, 65537);
     WALK(w, step->target, 0, STEP_MAX);
     walk_value(w, &step->value);
 }

@@ -133,6 +133,10 @@ float format_round_component(format format, float value);
 float format_half_to_float(uint16_t half);             // exact
 uint16_t format_float_to_half_toward_zero(float value);  // NaN to a quiet NaN; infinities stay
 
+typedef struct blend_decl blend_decl;
+// Blends one colour as `blend` does. `blended` is neither of the others.
+void blend_color(const blend_decl *state, const float source[4], const float destination[4], float blended[4]);
+
 // ---- Programs ------------------------------------------------------------------------------------------
 
 enum {
@@ -185,6 +189,8 @@ typedef enum value_kind {
     VALUE_STENCIL_MAX, // largest value of the machine's stencil: stencil_max
     VALUE_BACKGROUND,  // clears only: the trace's background
     VALUE_RGBA,        // clears only: four floats
+    VALUE_BATCH_NEAR,  // clears inside `batches` only: where the batch's depth range starts: batch_near
+    VALUE_BATCH_FAR,   // and where the next one's starts; the far plane in the last: batch_far
 } value_kind;
 
 typedef struct value {
@@ -205,12 +211,12 @@ typedef struct plane_decl {
 
 typedef struct query_decl { char name[NAME_SIZE]; int line; } query_decl;
 
-typedef struct blend_decl {
+struct blend_decl {
     char name[NAME_SIZE];
     struct { blend_equation equation; blend_factor source, destination; } rgb, alpha;
     bool composites;   // a fragment blended so counts as composited
     int line;
-} blend_decl;
+};
 
 typedef enum bound_function { BOUND_less, BOUND_lequal, BOUND_equal, BOUND_gequal, BOUND_greater } bound_function;
 
@@ -249,7 +255,8 @@ typedef struct kernel_decl {
 } kernel_decl;
 
 typedef enum draw_class { CLASS_OPAQUE, CLASS_TRANSPARENT, CLASS_SORTED, CLASS_COUNT } draw_class;
-enum { DRAW_OPAQUE = 1, DRAW_UNSORTED = 2, DRAW_SORTED = 4, DRAW_TRANSPARENT = DRAW_UNSORTED | DRAW_SORTED };
+enum { DRAW_OPAQUE = 1, DRAW_UNSORTED = 2, DRAW_SORTED = 4, DRAW_TRANSPARENT = DRAW_UNSORTED | DRAW_SORTED,
+       DRAW_BATCH = 8 };  // transparent and sorted draws that reach into the depth range of the current batch
 extern const char *const draw_class_names[CLASS_COUNT];  // opaque, transparent, sorted
 
 typedef enum step_kind {
@@ -263,12 +270,18 @@ typedef enum step_kind {
     STEP_WHILE,       // if the query's count is above the limit, go on after `target`, its STEP_REPEAT
     STEP_IF,          // if it is not, go on after `target`, its STEP_END
     STEP_END,
+    STEP_LIST,        // an A-buffer: one geometry pass keeps the fragments in front of plane `source` in a list of
+                      // `entries` a sample, later ones are lost; one full-screen pass sorts each list by depth, ties in
+                      // order of arrival, and blends it into `plane` front to back by blend state `kernel`
+    STEP_BATCHES,     // runs what follows once for each batch of `entries` draws; `target`: index of its STEP_END_BATCHES
+    STEP_END_BATCHES,
 } step_kind;
 
 typedef struct step {
     step_kind kind;
     uint8_t plane, source, kernel, query, classes;
     value value;
+    uint32_t entries;
     uint16_t target;
     int line;
 } step;
@@ -315,6 +328,7 @@ typedef struct rop_limits {
     bool clip_interpolated;      // range clip on the depth as interpolated, not as stored
     uint32_t formats, opcodes;   // bit i: row i may be used
     int planes_max, bits_per_sample_max, color_targets_max, instructions_max;
+    int list_entries_max;        // 0: the machine keeps no lists of fragments
 } rop_limits;
 
 // STATUS_OK if the program can run there; else each reason is said with the program's line and what the

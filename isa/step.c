@@ -129,55 +129,17 @@ static void write_plane(stepper *s, instruction i, const uint32_t value[4])
 
 // ---- Blending ------------------------------------------------------------------------------------------
 
-static float weight(blend_factor factor, const float s[4], const float t[4], int c)
-{
-    switch (factor) {
-    case FACTOR_zero: return 0.0f;
-    case FACTOR_one: return 1.0f;
-    case FACTOR_src_color: return s[c];
-    case FACTOR_one_minus_src_color: return 1.0f - s[c];
-    case FACTOR_dst_color: return t[c];
-    case FACTOR_one_minus_dst_color: return 1.0f - t[c];
-    case FACTOR_src_alpha: return s[3];
-    case FACTOR_one_minus_src_alpha: return 1.0f - s[3];
-    case FACTOR_dst_alpha: return t[3];
-    case FACTOR_one_minus_dst_alpha: return 1.0f - t[3];
-    case BLEND_FACTOR_COUNT: break;
-    }
-    return 0.0f;
-}
-
-// D3D11.3 17.6: a weight of zero still multiplies, so a NaN comes through; min and max drop a NaN.
-static float blend_component(blend_equation equation, blend_factor source, blend_factor destination, const float s[4],
-                             const float t[4], int c)
-{
-    const float f = weight(source, s, t, c), g = weight(destination, s, t, c);
-    switch (equation) {
-    case EQUATION_add: return canonical(s[c] * f + t[c] * g);
-    case EQUATION_subtract: return canonical(s[c] * f - t[c] * g);
-    case EQUATION_reverse_subtract: return canonical(t[c] * g - s[c] * f);
-    case EQUATION_min: return s[c] < t[c] || isnan(t[c]) ? s[c] : t[c];
-    case EQUATION_max: return s[c] > t[c] || isnan(t[c]) ? s[c] : t[c];
-    case BLEND_EQUATION_COUNT: break;
-    }
-    return 0.0f;
-}
-
 static void blend(stepper *s, instruction i)
 {
-    const blend_decl *state = &s->bound->source->blends[i.c];
-    float source[4], destination[4];
+    float source[4], destination[4], blended[4];
     uint32_t value[4];
     for (int c = 0; c < 4; c++) {
         source[c] = as_float(s->out->a[c]);
         destination[c] = as_float(s->out->b[c]);
     }
-    for (int c = 0; c < 4; c++) {
-        const bool alpha = c == 3;
-        value[c] = as_bits(blend_component(alpha ? state->alpha.equation : state->rgb.equation,
-                                           alpha ? state->alpha.source : state->rgb.source,
-                                           alpha ? state->alpha.destination : state->rgb.destination, source, destination, c));
-    }
+    blend_color(&s->bound->source->blends[i.c], source, destination, blended);
+    for (int c = 0; c < 4; c++)
+        value[c] = as_bits(blended[c]);
     write_color(s, i.d, value);
 }
 

@@ -100,5 +100,11 @@ status verify_program(const program *program, const char *file, const rop_limits
         else
             verify_kernel(&v, &program->kernels[i]);
     }
+    for (int i = 0; i < program->step_count; i++) {
+        const step *step = &program->steps[i];
+        if (step->kind == STEP_LIST && step->entries > (uint32_t)limits->list_entries_max)
+            PROBLEM(&v, step->line, "a list of %u fragments a sample; the machine keeps %s%d", step->entries,
+                    limits->list_entries_max ? "at most " : "no lists: ", limits->list_entries_max);
+    }
     return v.problems ? STATUS_REFUSED : STATUS_OK;
 }

@@ -130,5 +130,6 @@ void machine_limits(const machine *machine, rop_limits *limits)
         .bits_per_sample_max = (int)machine->bits_per_sample_max,
         .color_targets_max = (int)machine->color_targets_max,
         .instructions_max = (int)machine->instructions_max,
+        .list_entries_max = (int)machine->list_entries_max,
     };
 }

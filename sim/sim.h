@@ -226,8 +226,22 @@ typedef struct run_options {
     uint64_t memory_bytes;     // budget of the bins; 0: 4 GiB. A trace that needs more is replayed in bands.
     bool reference;            // also compute the exact result and the error
     bool keep_planes;          // also hand out every plane's values at the end
-    bool log_conditions;       // also hand out how each `while` and `if` went
+    bool log_conditions;       // also hand out how each `while` and `if` went, and the batches of draws
 } run_options;
+
+// The draws of a `batches` step, nearest first, by the given number, after Wexler et al. 2005. Batch i owns the depths from
+// `near_code` up to, not with, `far_code`, and draws every draw that reaches into them.
+typedef struct draw_batch {
+    uint32_t near_code, far_code;
+    uint8_t *draws;                          // of each draw of the trace: whether it is drawn
+    uint64_t class_fragments[CLASS_COUNT];   // of those
+} draw_batch;
+
+typedef struct draw_batches {
+    draw_batch *batches;
+    uint32_t count;
+} draw_batches;
+enum { BATCHES_MAX = 4 };  // `batches` steps of a schedule
 
 // One evaluation of a `while` or `if`, over all samples of the image.
 typedef struct condition_result {
@@ -272,6 +286,7 @@ typedef struct run_result {
                                        // plane four, float bits
     condition_result *conditions;      // if options.log_conditions: in the order of evaluation
     uint64_t condition_count;
+    draw_batches batches[BATCHES_MAX]; // if options.log_conditions: of each `batches` step, in the schedule's order
 } run_result;
 
 status replay_run(const program *program, const machine *machine, trace *trace, const run_options *options,

@@ -44,7 +44,7 @@ static native_tile_run *select_native(int vector_bytes)
 static status prepare(bench *b)
 {
     tiling_init(&b->tiling, b->info);
-    status status = bins_count(b->trace, &b->tiling, b->report, &b->counts);
+    status status = bins_count(b->trace, &b->tiling, false, b->report, &b->counts);
     const bin_request request = {.depth_formats = 1u << FORMAT_z32f, .memory_bytes = UINT64_MAX};
     if (status == STATUS_OK)
         status = bins_build(b->trace, &b->tiling, &b->counts, &request, 0, b->tiling.tile_count, b->report, &b->bins);

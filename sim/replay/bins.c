@@ -5,17 +5,36 @@
 // Stored lanes are dense, so that memory follows the number of fragments, however uneven the tiles are.
 #include "replay.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-status bins_count(trace *trace, const tiling *tiling, const report *report, sample_counts *counts)
+static void widen(draw_range *range, const fragments *run)
+{
+    for (uint32_t i = 0; i < run->count; i++) {
+        range->nearest = run->depth[i] < range->nearest ? run->depth[i] : range->nearest;
+        range->farthest = run->depth[i] > range->farthest ? run->depth[i] : range->farthest;
+    }
+}
+
+static draw_range *make_ranges(uint32_t draw_count)
+{
+    draw_range *ranges = malloc((draw_count + 1) * sizeof *ranges);
+    for (uint32_t i = 0; ranges && i < draw_count; i++)
+        ranges[i] = (draw_range){INFINITY, -INFINITY};
+    return ranges;
+}
+
+status bins_count(trace *trace, const tiling *tiling, bool ranges, const report *report, sample_counts *counts)
 {
     const trace_info *info = trace_get_info(trace);
     const size_t places = (size_t)tiling->tile_count * TILE_LANES;
     memset(counts, 0, sizeof *counts);
     counts->opaque = calloc(places, sizeof *counts->opaque);
     counts->transparent = calloc(places, sizeof *counts->transparent);
-    if (!counts->opaque || !counts->transparent) {
+    if (ranges)
+        counts->ranges = make_ranges(info->draw_count);
+    if (!counts->opaque || !counts->transparent || (ranges && !counts->ranges)) {
         sample_counts_free(counts);
         return report_error(report, STATUS_IO, "out of memory: %zu samples", places);
     }
@@ -30,6 +49,8 @@ status bins_count(trace *trace, const tiling *tiling, const report *report, samp
             if (class != CLASS_OPAQUE && count > counts->deepest)
                 counts->deepest = count;
         }
+        if (ranges)
+            widen(&counts->ranges[run.draw], &run);
         counts->class_fragments[class] += run.count;
         report_progress(report, "counting fragments", done += run.count, info->fragment_count);
     }
@@ -42,7 +63,9 @@ void sample_counts_free(sample_counts *counts)
 {
     free(counts->opaque);
     free(counts->transparent);
+    free(counts->ranges);
     counts->opaque = counts->transparent = NULL;
+    counts->ranges = NULL;
 }
 
 static uint32_t most(const uint32_t lanes[TILE_LANES])
@@ -64,7 +87,7 @@ static uint64_t sum(const uint32_t lanes[TILE_LANES])
 static uint64_t fragment_bytes(const bin_request *request)
 {
     return 4 * (uint64_t)__builtin_popcount(request->depth_formats) + 16 + (request->primitive ? 4 : 0) +
-           (request->depth ? 8 : 0);
+           (request->depth ? 8 : 0) + (request->draw ? 4 : 0);
 }
 
 uint32_t bins_band_end(const tiling *tiling, const sample_counts *counts, const bin_request *request, uint32_t first)
@@ -137,6 +160,8 @@ static status allocate_columns(const bin_request *request, uint64_t count, const
         good = (bins->rgba[c] = malloc(length * sizeof(float))) && good;
     if (request->primitive)
         good = (bins->primitive = malloc(length * sizeof(uint32_t))) && good;
+    if (request->draw)
+        good = (bins->draw = malloc(length * sizeof(uint32_t))) && good;
     if (request->depth)
         good = (bins->depth = malloc(length * sizeof(double))) && good;
     return good ? STATUS_OK : report_error(report, STATUS_IO, "out of memory: bins of %llu fragments", (unsigned long long)count);
@@ -175,6 +200,8 @@ static bool put(const filling *filling, const fragments *run, uint32_t i, draw_c
         bins->rgba[c][at] = run->rgba[c][i];
     if (bins->primitive)
         bins->primitive[at] = run->primitive[i];
+    if (bins->draw)
+        bins->draw[at] = run->draw;
     if (bins->depth)
         bins->depth[at] = run->depth[i];
     return true;
@@ -234,6 +261,7 @@ void bins_free(bins *bins)
     for (int c = 0; c < 4; c++)
         free(bins->rgba[c]);
     free(bins->primitive);
+    free(bins->draw);
     free(bins->depth);
     memset(bins, 0, sizeof *bins);
 }

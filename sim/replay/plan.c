@@ -9,7 +9,7 @@ static uint32_t plane_words(const bound_program *bound, int plane)
 
 bool plan_stops_after(const plan *plan, const step *step, uint64_t *passes)
 {
-    const bool pass = step->kind == STEP_FULLSCREEN || (step->kind == STEP_DRAW && step->classes != DRAW_OPAQUE);
+    const bool pass = step->kind == STEP_FULLSCREEN || step->kind == STEP_LIST || (step->kind == STEP_DRAW && step->classes != DRAW_OPAQUE);
     if (plan->stop_after_pass && pass)
         ++*passes;
     return pass && plan->stop_after_pass && *passes == plan->stop_after_pass;
@@ -30,8 +30,17 @@ status plan_make(plan *plan, const program *program, const bound_program *bound,
         bound_instructions(bound, k, &count);
         plan->count_offset[k + 1] = plan->count_offset[k] + (uint32_t)count;
     }
-    uint8_t repeats = 0;
+    plan->list_kept_at = plan->count_offset[program->kernel_count];
+    plan->list_lost_at = plan->list_kept_at + 1;
+    plan->count_total = plan->list_kept_at + 2;
+    uint8_t repeats = 0, batches = 0;
     for (int s = 0; s < program->step_count; s++) {
+        if (program->steps[s].kind == STEP_BATCHES) {
+            if (batches == BATCHES_MAX)
+                return report_error(report, STATUS_REFUSED, "line %d: a schedule has at most %d 'batches'", program->steps[s].line, BATCHES_MAX);
+            plan->has_batches = true;
+            plan->batches_index[s] = plan->batches_index[program->steps[s].target] = batches++;
+        }
         if (program->steps[s].kind != STEP_REPEAT)
             continue;
         if (repeats == REPEAT_MAX)

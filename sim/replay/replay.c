@@ -288,7 +288,7 @@ static status make_image(replay *r)
 
 static status sum_counts(replay *r)
 {
-    const uint32_t total = r->plan.count_offset[r->plan.program->kernel_count];
+    const uint32_t total = r->plan.count_total;
     uint64_t *counts = calloc((size_t)total + 1, sizeof *counts);
     if (!counts)
         return report_error(r->report, STATUS_IO, "out of memory");
@@ -334,6 +334,10 @@ static status finish(replay *r, const machine *machine)
     if (status == STATUS_OK && r->options->reference)
         status = compare(r);
     run_result *result = r->result;
+    for (int i = 0; i < BATCHES_MAX && r->options->log_conditions; i++) {
+        result->batches[i] = r->plan.batches[i];  // handed over
+        r->plan.batches[i] = (draw_batches){0};
+    }
     result->wall_seconds = r->seconds;
     result->fragments_per_second = r->seconds > 0 ? (double)result->fragments_replayed / r->seconds : 0;
     if (result->iteration_limit_reached && !r->options->max_iterations && !r->plan.program->max_iterations)
@@ -343,6 +347,16 @@ static status finish(replay *r, const machine *machine)
 }
 
 // ---- The run -------------------------------------------------------------------------------------------
+
+// `list` steps compare the fragment's depth as well, without an instruction that says so.
+static uint32_t list_depth_formats(const plan *plan)
+{
+    uint32_t formats = 0;
+    for (int s = 0; s < plan->program->step_count; s++)
+        if (plan->program->steps[s].kind == STEP_LIST)
+            formats |= 1u << bound_plane_format(plan->bound, plan->program->steps[s].source);
+    return formats;
+}
 
 static void set_limits(replay *r)
 {
@@ -356,11 +370,23 @@ static void set_limits(replay *r)
     r->plan.stop_after_pass = options->stop_after_pass;
     r->plan.threshold_while = (uint64_t)(ratio * samples);
     r->request = (bin_request){
-        .depth_formats = bound_depth_formats(r->plan.bound),
+        .depth_formats = bound_depth_formats(r->plan.bound) | list_depth_formats(&r->plan),
         .primitive = bound_reads(r->plan.bound, SOURCE_PRIMITIVE),
         .depth = options->reference,
+        .draw = r->plan.has_batches,
         .memory_bytes = options->memory_bytes ? options->memory_bytes : DEFAULT_MEMORY,
     };
+}
+
+static status make_batches(replay *r, format depth_format)
+{
+    const program *program = r->plan.program;
+    status status = STATUS_OK;
+    for (int s = 0; status == STATUS_OK && s < program->step_count; s++)
+        if (program->steps[s].kind == STEP_BATCHES)
+            status = batches_make(r->info, r->counts.ranges, program->steps[s].entries, depth_format, r->report,
+                                  &r->plan.batches[r->plan.batches_index[s]]);
+    return status;
 }
 
 static status run_bound(replay *r, const program *program, const bound_program *bound, const machine *machine)
@@ -369,7 +395,9 @@ static status run_bound(replay *r, const program *program, const bound_program *
     if (status == STATUS_OK && !(r->plan.execute = execute_select(r->options->vector_bytes)))
         status = report_error(r->report, STATUS_USAGE, "vectors of %d bytes: this processor or build has none", r->options->vector_bytes);
     if (status == STATUS_OK)
-        status = bins_count(r->trace, &r->tiling, r->report, &r->counts);
+        status = bins_count(r->trace, &r->tiling, r->plan.has_batches, r->report, &r->counts);
+    if (status == STATUS_OK)
+        status = make_batches(r, machine->depth_format);
     if (status != STATUS_OK)
         return status;
     set_limits(r);
@@ -388,6 +416,8 @@ static void release(replay *r)
     free(r->workers);
     worker_destroy(r->empty_worker);
     global_destroy(r->global);
+    for (int i = 0; i < BATCHES_MAX; i++)
+        batches_free(&r->plan.batches[i]);
     sample_counts_free(&r->counts);
     bins_free(&r->bins);
     free(r->tiles);
@@ -431,6 +461,8 @@ void result_destroy(run_result *result)
     free(result->image);
     free(result->sample_rgb);
     free(result->conditions);
+    for (int i = 0; i < BATCHES_MAX; i++)
+        batches_free(&result->batches[i]);
     for (int i = 0; i < PLANE_MAX; i++)
         free(result->plane_values[i]);
     free(result);

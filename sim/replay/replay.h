@@ -47,6 +47,7 @@ typedef struct bin {
 } bin;
 
 typedef struct bins {
+    uint32_t *draw;                    // if asked for
     uint32_t first_tile, tile_count;   // the band
     bin *bins;                         // one a tile of the band
     bin_batch *batches;
@@ -58,18 +59,21 @@ typedef struct bins {
 
 typedef struct bin_request {
     uint32_t depth_formats;  // bit f: codes of format f
-    bool primitive, depth;
+    bool primitive, depth, draw;
     uint64_t memory_bytes;
 } bin_request;
+
+typedef struct draw_range { double nearest, farthest; } draw_range;  // of its fragments; nearest > farthest: none
 
 // How many fragments each sample has, of opaque and of other draws; one pass over the trace.
 typedef struct sample_counts {
     uint32_t *opaque, *transparent;  // tile by tile, 64 lanes each
     uint64_t class_fragments[CLASS_COUNT];
     uint32_t deepest;                // most fragments of other draws at one sample
+    draw_range *ranges;              // of each draw, if asked for
 } sample_counts;
 
-status bins_count(trace *trace, const tiling *tiling, const report *report, sample_counts *counts);
+status bins_count(trace *trace, const tiling *tiling, bool ranges, const report *report, sample_counts *counts);
 void sample_counts_free(sample_counts *counts);
 // One past the last tile of the band that starts at `first` and fits the budget (at least one tile).
 uint32_t bins_band_end(const tiling *tiling, const sample_counts *counts, const bin_request *request, uint32_t first);
@@ -93,6 +97,13 @@ outcome global_ask(global *global, uint64_t k, uint64_t threshold);
 void global_close(global *global, uint64_t k);
 uint64_t global_count(global *global, uint64_t k);  // of all tiles, once they are done
 
+// ---- Batches of draws (batches.c) ----------------------------------------------------------------------
+
+// Puts the draws of a trace into batches; see sim.h.
+status batches_make(const trace_info *info, const draw_range *ranges, uint32_t draws_each, format depth_format,
+                    const report *report, draw_batches *batches);
+void batches_free(draw_batches *batches);
+
 // ---- The schedule on one tile (tile.c) -----------------------------------------------------------------
 
 enum { REPEAT_MAX = 16, EVALUATION_MAX = 64 };
@@ -107,7 +118,12 @@ typedef struct plan {
     uint32_t plane_offset[PLANE_MAX];          // words into a tile's storage
     uint32_t tile_words;
     uint32_t count_offset[KERNEL_MAX + 1];     // of a kernel's instructions in a counts array
+    uint32_t list_kept_at, list_lost_at;       // in a counts array: fragments that lists kept and lost
+    uint32_t count_total;
     uint8_t repeat_index[STEP_MAX];            // of STEP_REPEAT and its STEP_WHILE
+    uint8_t batches_index[STEP_MAX];           // of STEP_BATCHES and its STEP_END_BATCHES
+    draw_batches batches[BATCHES_MAX];
+    bool has_batches;
 } plan;
 
 // Whether the schedule ends after this step, `*passes` of which lay before it; counts it.
@@ -124,6 +140,8 @@ typedef struct tile {
     uint32_t iterations[REPEAT_MAX];
     uint64_t passes;                     // begun, if plan.stop_after_pass is set
     uint64_t query[QUERY_MAX];           // counted since the last reset
+    uint32_t batch;                      // inside `batches`: which, and
+    uint8_t batches;                     // of which plan.batches
     uint16_t step;
     bool waiting, done;                  // waiting: at a condition that it has added its count to
 } tile;

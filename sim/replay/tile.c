@@ -9,6 +9,8 @@
 // (fixed_point.c), not run.
 #include "tile.h"
 
+#include "fragment_list.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -33,7 +35,7 @@ worker *worker_create(const plan *plan, global *global)
         return NULL;
     w->plan = plan;
     w->global = global;
-    w->count_total = plan->count_offset[plan->program->kernel_count];
+    w->count_total = plan->count_total;
     w->counts = calloc(3 * (size_t)w->count_total + 1, sizeof *w->counts);
     w->before = w->counts + w->count_total;
     w->delta = w->before + w->count_total;
@@ -70,10 +72,19 @@ uint32_t plane_words(const plan *plan, int plane)
     return end - plan->plane_offset[plane];
 }
 
-static void clear_plane(const worker *w, const step *step)
+static const draw_batch *current_batch(const worker *w, const tile *tile)
+{
+    return &w->plan->batches[tile->batches].batches[tile->batch];
+}
+
+static void clear_plane(const worker *w, const tile *tile, const step *step)
 {
     uint32_t value[4];
     bound_clear_value(w->plan->bound, step, value);
+    if (step->value.kind == VALUE_BATCH_NEAR)
+        value[0] = current_batch(w, tile)->near_code;
+    else if (step->value.kind == VALUE_BATCH_FAR)
+        value[0] = current_batch(w, tile)->far_code;
     const uint32_t words = plane_words(w->plan, step->plane);
     for (uint32_t i = 0; i < words; i++)
         w->planes[step->plane][i] = value[i / TILE_LANES];
@@ -88,6 +99,16 @@ static void run_kernel(worker *w, tile *tile, int kernel, const batch *batch)
     w->plan->execute(w->plan->bound, kernel, w->planes, batch, counts);
     for (uint32_t s = first; s < end; s++)
         tile->query[w->sites[s].query] += w->counts[w->sites[s].at];
+}
+
+// Those of a batch's lanes whose draw is drawn now.
+static uint64_t lanes_of_draws(const worker *w, const bin_batch *from, const uint8_t *draws)
+{
+    const uint32_t *draw = w->bins->draw + from->offset;
+    uint64_t lanes = 0;
+    for (uint64_t left = from->lanes; left; left &= left - 1)
+        lanes |= draws[*draw++] ? left & -left : 0;
+    return lanes;
 }
 
 static void draw(worker *w, tile *tile, const step *step)
@@ -105,6 +126,8 @@ static void draw(worker *w, tile *tile, const step *step)
             lanes &= ~from->sorted;
         else if (step->classes == DRAW_SORTED)
             lanes &= from->sorted;
+        else if (step->classes == DRAW_BATCH)
+            lanes = lanes_of_draws(w, from, current_batch(w, tile)->draws);
         if (lanes)
             run_kernel(w, tile, step->kernel, expander_batch(w->expander, r, lanes));
     }
@@ -152,7 +175,7 @@ static bool run_step(worker *w, tile *tile)
     const step *step = &w->plan->program->steps[tile->step];
     outcome outcome;
     switch (step->kind) {
-    case STEP_CLEAR: clear_plane(w, step); break;
+    case STEP_CLEAR: clear_plane(w, tile, step); break;
     case STEP_COPY: memcpy(w->planes[step->plane], w->planes[step->source], plane_words(w->plan, step->plane) * sizeof(uint32_t)); break;
     case STEP_SWAP: swap_planes(w, tile, step); break;
     case STEP_DRAW: draw(w, tile, step); break;
@@ -178,6 +201,21 @@ static bool run_step(worker *w, tile *tile)
         if (outcome == OUTCOME_UNKNOWN)
             return false;
         if (outcome == OUTCOME_FALSE)
+            tile->step = step->target;
+        break;
+    case STEP_LIST:
+        if (w->bin && !fragment_list_run(w->plan, step, w->bins, w->bin, w->planes, &w->counts[w->plan->list_kept_at],
+                                         &w->counts[w->plan->list_lost_at]))
+            w->failed = true;
+        break;
+    case STEP_BATCHES:
+        tile->batch = 0;
+        tile->batches = w->plan->batches_index[tile->step];
+        if (w->plan->batches[tile->batches].count == 0)
+            tile->step = step->target;
+        break;
+    case STEP_END_BATCHES:
+        if (++tile->batch < w->plan->batches[tile->batches].count)
             tile->step = step->target;
         break;
     case STEP_END: break;

@@ -22,6 +22,8 @@ typedef struct walk {
     run_result *result;
     uint64_t sample_count, evaluation, passes;
     uint64_t iterations[REPEAT_MAX];
+    uint32_t batch;
+    uint8_t batches;
     bool log_conditions, failed;
     uint64_t logged_capacity;
 } walk;
@@ -39,16 +41,18 @@ static void count_draw(const walk *w, const step *step)
         return;
     }
     r->geometry_passes++;
-    const bool both = step->classes == DRAW_TRANSPARENT, any_sorted = has_class(w->info, CLASS_SORTED);
+    const bool both = step->classes == DRAW_TRANSPARENT || step->classes == DRAW_BATCH, any_sorted = has_class(w->info, CLASS_SORTED);
     // A pass over both classes counts in those that the trace has, and as transparent if it has none.
     const bool unsorted = step->classes == DRAW_UNSORTED || (both && (has_class(w->info, CLASS_TRANSPARENT) || !any_sorted));
     const bool sorted = step->classes == DRAW_SORTED || (both && any_sorted);
     r->passes_by_class[CLASS_TRANSPARENT] += unsorted;
     r->passes_by_class[CLASS_SORTED] += sorted;
+    const uint64_t *fragments = step->classes == DRAW_BATCH ? w->plan->batches[w->batches].batches[w->batch].class_fragments
+                                                            : w->samples->class_fragments;
     if (unsorted)
-        r->fragments_replayed += w->samples->class_fragments[CLASS_TRANSPARENT];
+        r->fragments_replayed += fragments[CLASS_TRANSPARENT];
     if (sorted)
-        r->fragments_replayed += w->samples->class_fragments[CLASS_SORTED];
+        r->fragments_replayed += fragments[CLASS_SORTED];
 }
 
 static bool settled(walk *w, const step *step)
@@ -88,6 +92,22 @@ static bool condition_holds(walk *w, const step *step)
     return holds;
 }
 
+// One geometry pass that appends, one full-screen pass that sorts and blends.
+static void count_list(walk *w, const step *step)
+{
+    count_draw(w, step);
+    run_result *r = w->result;
+    r->fullscreen_passes++;
+    r->has_list = true;
+    r->list_composites |= w->plan->program->blends[step->kernel].composites;
+    r->list_entry_bytes = plane_bytes(w, step->source, 1) + plane_bytes(w, step->plane, 1);
+    r->planes[step->plane].bytes_read += plane_bytes(w, step->plane, w->sample_count);
+    r->planes[step->plane].bytes_written += plane_bytes(w, step->plane, w->sample_count);
+    for (int c = CLASS_TRANSPARENT; c <= CLASS_SORTED; c++)
+        if (step->classes & (c == CLASS_SORTED ? DRAW_SORTED : DRAW_UNSORTED))
+            r->planes[step->source].bytes_read += plane_bytes(w, step->source, w->samples->class_fragments[c]);
+}
+
 static void walk_schedule(walk *w)
 {
     const program *program = w->plan->program;
@@ -108,6 +128,17 @@ static void walk_schedule(walk *w)
             break;
         case STEP_IF:
             if (!condition_holds(w, step))
+                s = step->target;
+            break;
+        case STEP_LIST: count_list(w, step); break;
+        case STEP_BATCHES:
+            w->batch = 0;
+            w->batches = w->plan->batches_index[s];
+            if (w->plan->batches[w->batches].count == 0)
+                s = step->target;
+            break;
+        case STEP_END_BATCHES:
+            if (++w->batch < w->plan->batches[w->batches].count)
                 s = step->target;
             break;
         case STEP_SWAP:
@@ -150,5 +181,8 @@ bool totals_count(const plan *plan, global *global, const uint64_t *counts, cons
     w.sample_count = (uint64_t)info->width * info->height * info->samples;
     walk_schedule(&w);
     count_instructions(&w, counts);
+    result->list_kept = counts[plan->list_kept_at];
+    result->list_lost = counts[plan->list_lost_at];
+    result->fragments_composited += result->list_composites ? result->list_kept : 0;
     return !w.failed;
 }

@@ -29,6 +29,13 @@ static json_t *planes_object(const run_result *result)
     return planes;
 }
 
+static json_t *list_object(const run_result *result)
+{
+    return json_pack("{s:o, s:o, s:o, s:o}", "kept", count(result->list_kept), "lost", count(result->list_lost),
+                     "entry_bytes", count(result->list_entry_bytes), "bytes",
+                     count(result->list_kept * result->list_entry_bytes));
+}
+
 static json_t *error_object(const run_result *result)
 {
     const error_result *error = &result->error;
@@ -56,6 +63,8 @@ static json_t *result_object(const run_result *result, const char *trace_path)
     json_object_set_new(object, "fullscreen_passes", count(result->fullscreen_passes));
     json_object_set_new(object, "iterations", count(result->iterations));
     json_object_set_new(object, "iteration_limit_reached", json_boolean(result->iteration_limit_reached));
+    if (result->has_list)
+        json_object_set_new(object, "list", list_object(result));
     json_object_set_new(object, "deepest_sample", count(result->deepest_sample));
     json_object_set_new(object, "fragments",
                         json_pack("{s:o, s:o, s:o}", "in_trace", count(result->fragments_in_trace), "replayed",

@@ -38,6 +38,9 @@ status result_print(const run_result *result, FILE *out)
             result->iteration_limit_reached ? ", stopped at the limit" : "");
     fprintf(out, "  fragments           %" PRIu64 " in the trace, %" PRIu64 " replayed, %" PRIu64 " composited\n",
             result->fragments_in_trace, result->fragments_replayed, result->fragments_composited);
+    if (result->has_list)
+        fprintf(out, "  lists               %" PRIu64 " fragments kept in %" PRIu64 " bytes, %" PRIu64 " lost\n",
+                result->list_kept, result->list_kept * result->list_entry_bytes, result->list_lost);
     print_error(result, out);
     fprintf(out, "  replay              %.3f s, %.1f million fragments a second\n", result->wall_seconds,
             result->fragments_per_second / 1e6);

@@ -102,7 +102,7 @@ static void settings_are_checked(void **state)
 static const char *const other_values[] = {
     "fixed_function=true",     "depth_format=z16",    "color_format=rgba16f", "stencil_bits=3",
     "range_clip=interpolated", "formats=z24",         "opcodes=ld,st",        "planes_max=7",
-    "bits_per_sample_max=77",  "color_targets_max=3", "instructions_max=33",
+    "list_entries_max=5", "bits_per_sample_max=77",  "color_targets_max=3", "instructions_max=33",
 };
 
 // Each key changes the hash, is printed, and is read back from what was printed.

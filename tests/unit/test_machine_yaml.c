@@ -10,7 +10,7 @@
 // A whole machine file; %s stands for one line or lines under test, in line 5.
 static const char whole[] =
     "fixed_function: false\ndepth_format: z24\ncolor_format: rgba8\nstencil_bits: 8\n%s\n"
-    "formats: all\nopcodes: all\nplanes_max: 4\nbits_per_sample_max: 128\ncolor_targets_max: 1\n%s";
+    "formats: all\nopcodes: all\nlist_entries_max: 0\nplanes_max: 4\nbits_per_sample_max: 128\ncolor_targets_max: 1\n%s";
 static const char last_key[] = "instructions_max: 16\n";
 
 static char path[] = "/tmp/ropsim_yaml_XXXXXX.yaml";
@@ -54,11 +54,11 @@ static void rules_are_kept(void **state)
          last_key,
          STATUS_REFUSED,
          {".yaml:6:1: range_clip is set a second time", "line 5"}},
-        {"range_clip: stored", "instructions_max: 0\n", STATUS_REFUSED, {".yaml:11:19: ", "from 1 to 256 (words)"}},
-        {"range_clip: stored", "instructions_max: 257\n", STATUS_REFUSED, {".yaml:11:19: ", "from 1 to 256 (words)"}},
-        {"range_clip: stored", "instructions_max: 1_0\n", STATUS_REFUSED, {".yaml:11:19: ", "an integer"}},
-        {"range_clip: stored", "instructions_max: 010\n", STATUS_REFUSED, {".yaml:11:19: ", "an integer"}},
-        {"range_clip: stored", "instructions_max: 1.0\n", STATUS_REFUSED, {".yaml:11:19: ", "an integer"}},
+        {"range_clip: stored", "instructions_max: 0\n", STATUS_REFUSED, {".yaml:12:19: ", "from 1 to 256 (words)"}},
+        {"range_clip: stored", "instructions_max: 257\n", STATUS_REFUSED, {".yaml:12:19: ", "from 1 to 256 (words)"}},
+        {"range_clip: stored", "instructions_max: 1_0\n", STATUS_REFUSED, {".yaml:12:19: ", "an integer"}},
+        {"range_clip: stored", "instructions_max: 010\n", STATUS_REFUSED, {".yaml:12:19: ", "an integer"}},
+        {"range_clip: stored", "instructions_max: 1.0\n", STATUS_REFUSED, {".yaml:12:19: ", "an integer"}},
         {"range_clip: stored", "", STATUS_REFUSED, {"missing key instructions_max: an integer from 1 to 256", ""}},
         {"range_clip: stored", "instructions_max: 16\n---\na: b\n", STATUS_REFUSED, {"one document", ""}},
         {"\trange_clip: stored", last_key, STATUS_REFUSED, {".yaml:5:1: ", ""}},
@@ -94,7 +94,7 @@ static void lists_of_formats(void **state)
     static const char format[] =
         "fixed_function: true\ndepth_format: z24\ncolor_format: rgba8\nstencil_bits: 8\nrange_clip: stored\nformats: "
         "%s\n"
-        "opcodes: all\nplanes_max: 4\nbits_per_sample_max: 128\ncolor_targets_max: 1\ninstructions_max: 16\n";
+        "opcodes: all\nlist_entries_max: 0\nplanes_max: 4\nbits_per_sample_max: 128\ncolor_targets_max: 1\ninstructions_max: 16\n";
     static const struct {
         const char *list;
         status expected;
