@@ -71,7 +71,8 @@ static status walk(const request *r, history *h, const sink *sink)
     status status = fragments_gather(r->trace, r->report, h);
     if (status != STATUS_OK)
         return status;
-    schedule_walk(h, sink);
+    if (!schedule_walk(h, sink))
+        return report_error(r->report, STATUS_IO, "out of memory: list of %" PRIu64 " fragments", h->fragment_count);
     status = check_against_replay(h, r->report);
     return status == STATUS_OK ? check_shown(h, r->report) : status;
 }

@@ -27,6 +27,7 @@ typedef enum event_kind {
     EVENT_WRITE,      // a plane: left before, right after
     EVENT_COUNT,      // query `query` counts the fragment
     EVENT_COMPOSITE,  // a blend state that composites was applied
+    EVENT_LIST,       // the fragment came to a list: it holds if there was room
 } event_kind;
 
 typedef struct event {
@@ -62,6 +63,9 @@ typedef struct history {
     int nest;
     uint64_t pass, pass_in_iteration;                     // numbers of the last pass; opaque draws have none
     uint64_t evaluation;                                  // conditions met so far
+    bool blending;                                        // in the second pass of a `list`
+    const draw_batches *batches;                          // of the `batches` step that it is in, NULL: none
+    uint32_t batch;                                       // of those, from 0
     uint64_t shown;                                       // passes that options asked for
     event events[WORD_MAX];                               // of one fragment: at most one an instruction
     int event_count;
@@ -71,6 +75,7 @@ typedef struct history {
 typedef struct sink {
     void *user;
     void (*begin)(void *user, const history *history);
+    void (*batch)(void *user, const history *history);                    // its number: history->batch
     void (*iteration)(void *user, const history *history);                // its number: history->iterations[nest - 1]
     void (*transfer)(void *user, const history *history, const step *step);  // clear, copy, swap, reset: is done
     void (*pass)(void *user, const history *history, const step *step);   // a draw or a full-screen pass begins
@@ -82,10 +87,21 @@ typedef struct sink {
 
 // All fragments of the sample; freed by the caller (fragments_gather.c).
 status fragments_gather(trace *trace, const report *report, history *history);
-// Runs the schedule on the sample (schedule_walk.c).
-void schedule_walk(history *history, const sink *sink);
+// Runs the schedule on the sample (schedule_walk.c). False: out of memory.
+bool schedule_walk(history *history, const sink *sink);
+bool schedule_draws(const history *history, const step *step, uint64_t index);  // whether a step draws the fragment
+event *event_add(history *history, event_kind kind);  // zeros, at the end of history->events
+named_value value_named(const char *name, format format, uint32_t word);
 // Runs a kernel for one fragment (NULL: full-screen) and fills history->events (observe.c).
 void observe_fragment(history *history, int kernel, const fragment_input *fragment);
+
+// A `list` step's list of one sample (fragment_keep.c): its fragments come in raster order, are sorted and blended.
+typedef struct kept_fragment { uint32_t code; uint64_t index; } kept_fragment;
+typedef struct kept_list { kept_fragment *kept; uint64_t count; } kept_list;  // kept: room for all fragments of the sample
+void fragment_keep(history *history, const step *step, uint64_t index, kept_list *list);  // fills history->events
+void kept_sort(kept_list *list);
+// Blends a fragment over `color`, in float; fills history->events.
+void kept_blend(history *history, const step *step, uint64_t index, float color[4]);
 
 // The value of a plane, named after it (value.c).
 named_value value_of_plane(const history *history, int plane, const uint32_t words[4]);
@@ -93,8 +109,9 @@ bool value_same(const named_value *a, const named_value *b);
 // As text: "0.25", "0.25 (16384)" with the code of an integer depth format, "3", "(1 0 0 0.5)".
 enum { VALUE_TEXT_SIZE = 96 };
 void value_text(const history *history, const named_value *value, char text[VALUE_TEXT_SIZE]);
-// Whether a kernel reads or writes the plane.
-bool value_touched(const history *history, int kernel, int plane);
+// Whether a pass reads or writes the plane.
+bool value_touched(const history *history, const step *step, int plane);
+const char *value_classes(int classes);  // of a draw, as the schedule says it
 // The sample's colour as the replay resolves it.
 void value_output(const history *history, float rgb[3]);
 

@@ -139,18 +139,21 @@ static void transfer(void *user, const history *h, const step *step)
 
 static void pass(void *user, const history *h, const step *step)
 {
-    static const char *const classes[] = {[DRAW_OPAQUE] = "opaque", [DRAW_UNSORTED] = "unsorted", [DRAW_SORTED] = "sorted",
-                                          [DRAW_TRANSPARENT] = "transparent"};
     json_writer *w = user;
-    const bool fullscreen = step->kind == STEP_FULLSCREEN, numbered = fullscreen || step->classes != DRAW_OPAQUE;
+    const bool fullscreen = step->kind == STEP_FULLSCREEN, list = step->kind == STEP_LIST;
     fputs(w->steps ? ",\n  " : "\n  ", w->out);
     w->steps = true;
     w->fragments = false;
-    fprintf(w->out, "{\"step\": \"%s\", \"line\": %d, ", fullscreen ? "fullscreen" : "draw", step->line);
+    fprintf(w->out, "{\"step\": \"%s\", \"line\": %d, ", fullscreen ? "fullscreen" : !list ? "draw" : h->blending ? "list_blend" : "list", step->line);
     if (!fullscreen)
-        fprintf(w->out, "\"class\": \"%s\", ", classes[step->classes & 7 ? step->classes & 7 : DRAW_OPAQUE]);
-    fprintf(w->out, "\"kernel\": \"%s\", \"pass\": ", h->program->kernels[step->kernel].name);
-    fprintf(w->out, numbered ? "%" PRIu64 : "null", h->pass);
+        fprintf(w->out, "\"class\": \"%s\", ", value_classes(step->classes));
+    if (list)
+        fprintf(w->out, "\"entries\": %u, \"into\": \"%s\", \"blend\": \"%s\"", step->entries, h->program->planes[step->plane].name,
+                h->program->blends[step->kernel].name);
+    else
+        fprintf(w->out, "\"kernel\": \"%s\"", h->program->kernels[step->kernel].name);
+    if (fullscreen || step->classes != DRAW_OPAQUE)
+        fprintf(w->out, ", \"pass\": %" PRIu64, h->pass);
     fputs(", \"iteration\": ", w->out);
     put(w, iterations(h));
     fputs(", \"fragments\": [", w->out);
@@ -166,6 +169,7 @@ static json_t *event_object(const history *h, const event *event)
     static const char *const names[] = {
         [EVENT_KEEP] = "keep",       [EVENT_CLIP] = "clip",   [EVENT_STENCIL] = "stencil", [EVENT_DEPTH] = "depth",
         [EVENT_COMPARE] = "compare", [EVENT_WRITE] = "write", [EVENT_COUNT] = "count",     [EVENT_COMPOSITE] = "composite",
+        [EVENT_LIST] = "list",
     };
     json_t *object = json_pack("{s:s}", "event", names[event->kind]);
     if (event->kind == EVENT_COUNT)
@@ -173,7 +177,7 @@ static json_t *event_object(const history *h, const event *event)
     else if (event->kind == EVENT_WRITE)
         json_object_update_new(object, change(h, &event->left, &event->right));
     else if (event->kind != EVENT_COMPOSITE) {
-        if (event->kind != EVENT_KEEP)
+        if (event->kind != EVENT_KEEP && event->kind != EVENT_LIST)
             json_object_set_new(object, "relation", json_string(event->relation));
         if (*event->relation && strlen(event->relation) <= 2) {
             json_object_set_new(object, "left", side(h, &event->left));
@@ -237,5 +241,5 @@ static void end(void *user, const history *h)
 
 sink history_json_sink(json_writer *writer)
 {
-    return (sink){writer, begin, NULL, transfer, pass, fragment, pass_end, condition, end};
+    return (sink){writer, begin, NULL, NULL, transfer, pass, fragment, pass_end, condition, end};
 }

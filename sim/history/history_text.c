@@ -72,6 +72,11 @@ static void begin(void *user, const history *h)
     }
 }
 
+static void draw_batch_begin(void *user, const history *h)
+{
+    fprintf(user, "\nbatch %u of %u\n", h->batch + 1, h->batches->count);
+}
+
 static void iteration(void *user, const history *h)
 {
     FILE *out = user;
@@ -116,15 +121,10 @@ static void transfer(void *user, const history *h, const step *step)
     line_end(&line);
 }
 
-static const char *classes_name(int classes)
-{
-    return classes == DRAW_OPAQUE ? "opaque" : classes == DRAW_UNSORTED ? "unsorted" : classes == DRAW_SORTED ? "sorted" : "transparent";
-}
-
 static bool has_fragment(const history *h, const step *step)
 {
     for (uint64_t i = 0; i < h->fragment_count; i++)
-        if (step->classes >> h->fragments[i].class & 1)
+        if (schedule_draws(h, step, i))
             return true;
     return false;
 }
@@ -132,8 +132,8 @@ static bool has_fragment(const history *h, const step *step)
 static void pass(void *user, const history *h, const step *step)
 {
     FILE *out = user;
-    const bool fullscreen = step->kind == STEP_FULLSCREEN;
-    if (fullscreen || step->classes != DRAW_OPAQUE) {
+    const plane_decl *planes = h->program->planes;
+    if (step->kind == STEP_FULLSCREEN || step->classes != DRAW_OPAQUE) {
         fprintf(out, "\npass %" PRIu64, h->pass);
         if (h->nest)
             fprintf(out, " (iteration %" PRIu64 ", its pass %" PRIu64 ")", h->iterations[0], h->pass_in_iteration);
@@ -141,10 +141,15 @@ static void pass(void *user, const history *h, const step *step)
     } else {
         fputc('\n', out);
     }
-    if (fullscreen)
+    if (step->kind == STEP_FULLSCREEN)
         fprintf(out, "fullscreen %s\n", h->program->kernels[step->kernel].name);
+    else if (step->kind == STEP_LIST && h->blending)
+        fprintf(out, "blend the list into %s with %s, nearest first\n", planes[step->plane].name, h->program->blends[step->kernel].name);
+    else if (step->kind == STEP_LIST)
+        fprintf(out, "list %s before %s, at most %u%s\n", value_classes(step->classes), planes[step->source].name, step->entries,
+                has_fragment(h, step) ? "" : ": no fragment here");
     else
-        fprintf(out, "draw %s with %s%s\n", classes_name(step->classes), h->program->kernels[step->kernel].name,
+        fprintf(out, "draw %s with %s%s\n", value_classes(step->classes), h->program->kernels[step->kernel].name,
                 has_fragment(h, step) ? "" : ": no fragment here");
 }
 
@@ -178,6 +183,7 @@ static void fragment(void *user, const history *h, uint64_t index)
         case EVENT_WRITE: change(&line, &event->left, &event->right, h); break;
         case EVENT_COUNT: line_item(&line, "counts in %s", h->program->queries[event->query].name); break;
         case EVENT_COMPOSITE: line_item(&line, "composited"); break;
+        case EVENT_LIST: line_item(&line, event->holds ? "kept in the list" : "lost: the list is full"); break;
         default: test(&line, h, event);
         }
     }
@@ -188,11 +194,11 @@ static void fragment(void *user, const history *h, uint64_t index)
 
 static void pass_end(void *user, const history *h, const step *step)
 {
-    if (step->kind == STEP_DRAW && !has_fragment(h, step))
+    if (step->kind != STEP_FULLSCREEN && !h->blending && !has_fragment(h, step))
         return;
     line line = line_start(user, 8, "  after ");
     for (int p = 0; p < h->program->plane_count; p++)
-        if (value_touched(h, step->kernel, p))
+        if (value_touched(h, step, p))
             plane_change(&line, h, p);
     if (!line.started)
         line_item(&line, "no plane is touched");
@@ -224,5 +230,5 @@ static void end(void *user, const history *h)
 
 sink history_text_sink(FILE *out)
 {
-    return (sink){out, begin, iteration, transfer, pass, fragment, pass_end, condition, end};
+    return (sink){out, begin, draw_batch_begin, iteration, transfer, pass, fragment, pass_end, condition, end};
 }

@@ -47,7 +47,9 @@ static origin constant_origin(const history *h, int index)
     case VALUE_FLOAT: return make_origin("", FORMAT_f32);
     case VALUE_UINT:
     case VALUE_BACKGROUND:
-    case VALUE_RGBA: break;
+    case VALUE_RGBA:
+    case VALUE_BATCH_NEAR:
+    case VALUE_BATCH_FAR: break;
     }
     return make_origin("", FORMAT_u32);
 }
@@ -102,23 +104,6 @@ static void note_origin(observer *o, const stepped *s)
 
 // ---- Events --------------------------------------------------------------------------------------------
 
-static event *new_event(observer *o, event_kind kind)
-{
-    history *h = o->history;
-    event *event = &h->events[h->event_count++];
-    memset(event, 0, sizeof *event);
-    event->kind = kind;
-    event->relation = "";
-    return event;
-}
-
-static named_value named(const char *name, format format, uint32_t word)
-{
-    named_value value = {.format = format, .words = {word}};
-    snprintf(value.name, sizeof value.name, "%s", name);
-    return value;
-}
-
 static bool is_depth(format format)
 {
     return format_table[format].class == FORMAT_CLASS_DEPTH;
@@ -130,19 +115,25 @@ static void note_compare(observer *o, const stepped *s)
         [OP_eq] = "=", [OP_ne] = "!=", [OP_lt] = "<", [OP_ge] = ">=", [OP_flt] = "<", [OP_fge] = ">=",
     };
     const instruction i = s->instruction;
-    event *event = new_event(o, EVENT_COMPARE);
+    event *event = event_add(o->history, EVENT_COMPARE);
     origin left = source_origin(o, i.a), right = source_origin(o, i.b);
-    if (i.op == OP_flt || i.op == OP_fge)
+    const bool as_float = i.op == OP_flt || i.op == OP_fge;
+    if (as_float)
         left.format = right.format = FORMAT_f32;
     // A constant beside a depth is a depth.
     if (i.a >= SOURCE_CONSTANT && is_depth(right.format))
         left.format = right.format;
     if (i.b >= SOURCE_CONSTANT && is_depth(left.format))
         right.format = left.format;
+    // Floats that are compared as integers: their bits.
+    if (!as_float && left.format == FORMAT_f32)
+        left.format = FORMAT_u32;
+    if (!as_float && right.format == FORMAT_f32)
+        right.format = FORMAT_u32;
     event->relation = relations[i.op];
     event->holds = s->after[0];
-    event->left = named(left.name, left.format, s->a[0]);
-    event->right = named(right.name, right.format, s->b[0]);
+    event->left = value_named(left.name, left.format, s->a[0]);
+    event->right = value_named(right.name, right.format, s->b[0]);
 }
 
 static uint32_t depth_code(const observer *o, format format)
@@ -163,7 +154,7 @@ static void note_clip(observer *o, const pass_decl *pass, const stepped *s)
     const history *h = o->history;
     const clip_decl *clip = &pass->clips[o->clips++];
     const format format = bound_plane_format(h->bound, clip->plane[0]);
-    event *event = new_event(o, EVENT_CLIP);
+    event *event = event_add(o->history, EVENT_CLIP);
     event->relation = relations[clip->function];
     event->holds = s->after[0];
     named_value right = {.format = format, .words = {UINT32_MAX}};
@@ -176,7 +167,7 @@ static void note_clip(observer *o, const pass_decl *pass, const stepped *s)
     }
     if (clip->plane_count > 1)
         snprintf(right.name + used, sizeof right.name - used, ")");
-    event->left = named("z", format, depth_code(o, format));
+    event->left = value_named("z", format, depth_code(o, format));
     if (h->limits->clip_interpolated) {
         const bool reversed = h->info->reversed_depth;
         const float z = (float)format_code_to_depth(FORMAT_z32f, depth_code(o, FORMAT_z32f), reversed);
@@ -192,11 +183,11 @@ static void note_stencil_test(observer *o, const pass_decl *pass, const stepped 
 {
     const history *h = o->history;
     const uint32_t largest = bound_plane_mask(h->bound, pass->stencil_plane), mask = pass->stencil_mask & largest;
-    event *event = new_event(o, EVENT_STENCIL);
+    event *event = event_add(o->history, EVENT_STENCIL);
     event->relation = compare_symbols[pass->stencil_function];
     event->holds = s->after[0];
-    event->left = named("", FORMAT_u32, pass->stencil_reference & mask);
-    event->right = named(h->program->planes[pass->stencil_plane].name, FORMAT_u32, h->planes[pass->stencil_plane][0] & mask);
+    event->left = value_named("", FORMAT_u32, pass->stencil_reference & mask);
+    event->right = value_named(h->program->planes[pass->stencil_plane].name, FORMAT_u32, h->planes[pass->stencil_plane][0] & mask);
     if (mask != largest) {
         const size_t used = strlen(event->right.name);
         snprintf(event->right.name + used, sizeof event->right.name - used, " & %u", mask);
@@ -207,10 +198,10 @@ static void note_depth_test(observer *o, const pass_decl *pass, const stepped *s
 {
     const history *h = o->history;
     const format format = bound_plane_format(h->bound, pass->depth_plane);
-    event *event = new_event(o, EVENT_DEPTH);
+    event *event = event_add(o->history, EVENT_DEPTH);
     event->relation = compare_symbols[pass->depth_function];
     event->holds = s->after[0];
-    event->left = named("z", format, depth_code(o, format));
+    event->left = value_named("z", format, depth_code(o, format));
     event->right = value_of_plane(h, pass->depth_plane, h->planes[pass->depth_plane]);
 }
 
@@ -219,7 +210,7 @@ static void note_verdict(observer *o, pass_stage stage, const stepped *s)
 {
     const pass_decl *pass = &o->history->program->kernels[o->kernel].pass;
     if (stage == STAGE_KEEP)
-        new_event(o, EVENT_KEEP)->holds = s->after[0];
+        event_add(o->history, EVENT_KEEP)->holds = s->after[0];
     else if (stage == STAGE_CLIP)
         note_clip(o, pass, s);
     else if (stage == STAGE_STENCIL_TEST && !o->stencil_tested)
@@ -232,7 +223,7 @@ static void note_verdict(observer *o, pass_stage stage, const stepped *s)
 
 static void note_write(observer *o, const stepped *s)
 {
-    event *event = new_event(o, EVENT_WRITE);
+    event *event = event_add(o->history, EVENT_WRITE);
     event->left = value_of_plane(o->history, s->instruction.d, s->before);
     event->right = value_of_plane(o->history, s->instruction.d, s->after);
 }
@@ -249,10 +240,10 @@ static void note_instruction(observer *o, const stepped *s)
     else if (s->instruction.op == OP_st)
         note_write(o, s);
     else if (s->instruction.op == OP_count) {
-        new_event(o, EVENT_COUNT)->query = s->instruction.d;
+        event_add(o->history, EVENT_COUNT)->query = s->instruction.d;
         h->queries[s->instruction.d]++;
     } else if (s->instruction.op == OP_blend && h->program->blends[s->instruction.c].composites)
-        new_event(o, EVENT_COMPOSITE);
+        event_add(o->history, EVENT_COMPOSITE);
     note_origin(o, s);
 }
 

@@ -1,4 +1,4 @@
-// Values of planes and operands in, text out.
+// Values of planes and operands, with what they are called and how they are shown.
 #include "history.h"
 
 #include <stdlib.h>
@@ -8,6 +8,22 @@ static float as_float(uint32_t bits)
 {
     float value;
     memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+event *event_add(history *h, event_kind kind)
+{
+    event *event = &h->events[h->event_count++];
+    memset(event, 0, sizeof *event);
+    event->kind = kind;
+    event->relation = "";
+    return event;
+}
+
+named_value value_named(const char *name, format format, uint32_t word)
+{
+    named_value value = {.format = format, .words = {word}};
+    snprintf(value.name, sizeof value.name, "%s", name);
     return value;
 }
 
@@ -60,10 +76,12 @@ void value_text(const history *h, const named_value *value, char text[VALUE_TEXT
     }
 }
 
-bool value_touched(const history *h, int kernel, int plane)
+bool value_touched(const history *h, const step *step, int plane)
 {
+    if (step->kind == STEP_LIST)
+        return plane == (h->blending ? step->plane : step->source);
     int count;
-    const instruction *code = bound_instructions(h->bound, kernel, &count);
+    const instruction *code = bound_instructions(h->bound, step->kernel, &count);
     for (int i = 0; i < count; i++) {
         const opcode_row *row = &opcode_table[code[i].op];
         if ((row->d == OPERAND_PLANE && code[i].d == plane) || (row->a == OPERAND_PLANE && code[i].a == plane))
@@ -78,5 +96,16 @@ void value_output(const history *h, float rgb[3])
     for (int c = 0; c < 3; c++) {
         const float behind = as_float(h->planes[base][c]);
         rgb[c] = front < 0 ? behind : as_float(h->planes[front][c]) + as_float(h->planes[front][3]) * behind;
+    }
+}
+
+const char *value_classes(int classes)
+{
+    switch (classes) {
+    case DRAW_OPAQUE: return "opaque";
+    case DRAW_UNSORTED: return "unsorted";
+    case DRAW_SORTED: return "sorted";
+    case DRAW_BATCH: return "batch";
+    default: return "transparent";
     }
 }
