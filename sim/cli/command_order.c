@@ -3,10 +3,13 @@
 
 enum { ROW_OUTPUT, ROW_JSON, ROW_BLOCKS, ROW_PRINTED, ROW_MACHINE, ROW_SET, ROW_THREADS, ROW_MEMORY };
 static const command_option option_rows[] = {
-    [ROW_OUTPUT] = {"output", 'o', "FILE", "write a line for each primitive in order: its number and its layer, 0 the nearest"},
+    [ROW_OUTPUT] = {"output", 'o', "FILE",
+                    "write a line for each primitive in order: its number and its layer, 0 the nearest"},
     [ROW_JSON] = {"json", 0, "FILE", "write counts, and who is cyclic or without a fragment, as JSON"},
-    [ROW_BLOCKS] = {"blocks", 0, "N", "read back and scan N x N pixels at a time, active ones only; default 64; 0: whole images"},
-    [ROW_PRINTED] = {"printed", 0, NULL, "the paper's own rule of what goes back; it can put a hidden primitive too early"},
+    [ROW_BLOCKS] = {"blocks", 0, "N",
+                    "read back and scan N x N pixels at a time, active ones only; default 64; 0: whole images"},
+    [ROW_PRINTED] = {"printed", 0, NULL,
+                     "the paper's own rule of what goes back; it can put a hidden primitive too early"},
     [ROW_MACHINE] = {"machine", 0, "NAME|FILE", "shipped machine or .yaml file; default " COMMAND_DEFAULT_MACHINE},
     [ROW_SET] = {"set", 0, "KEY=VALUE", "change one key of the machine, such as depth_format; may be repeated"},
     [ROW_THREADS] = {"threads", 0, "N", "threads over tiles; default 0: one a processor; results do not depend on it"},
@@ -53,12 +56,14 @@ static void warn(const order_words *words, const order_result *result)
 {
     const uint64_t cyclic = result->place_counts[PLACE_CYCLE], behind = result->place_counts[PLACE_BEHIND];
     if (cyclic)
-        report_warning(&command_report, "%s: %llu primitives lie on cycles and %llu behind them: they have no layer%s", words->trace,
-                       (unsigned long long)cyclic, (unsigned long long)behind, words->json ? "" : "; --json names all");
+        report_warning(&command_report, "%s: %llu primitives lie on cycles and %llu behind them: they have no layer%s",
+                       words->trace, (unsigned long long)cyclic, (unsigned long long)behind,
+                       words->json ? "" : "; --json names all");
     if (result->pairs_wrong)
-        report_warning(&command_report, "%s: %llu neighbours are out of order by the trace's own depths%s", words->trace,
-                       (unsigned long long)result->pairs_wrong,
-                       result->printed ? ", as the printed rule allows" : ", which are equal in the machine's depth format");
+        report_warning(&command_report, "%s: %llu neighbours are out of order by the trace's own depths%s",
+                       words->trace, (unsigned long long)result->pairs_wrong,
+                       result->printed ? ", as the printed rule allows"
+                                       : ", which are equal in the machine's depth format");
 }
 
 static status run(const order_words *words, const machine *machine)

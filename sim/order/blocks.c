@@ -31,7 +31,8 @@ static uint32_t at_most(uint32_t value, uint32_t limit)
 block_area blocks_area(const blocks *b, uint32_t block)
 {
     const uint32_t x = block % b->columns * b->side, y = block / b->columns * b->side;
-    return (block_area){x * b->samples, at_most(x + b->side, b->width) * b->samples, y, at_most(y + b->side, b->height)};
+    return (block_area){x * b->samples, at_most(x + b->side, b->width) * b->samples, y,
+                        at_most(y + b->side, b->height)};
 }
 
 uint64_t blocks_active_samples(const blocks *b)

@@ -1,11 +1,14 @@
-// Fragments in, each sample's ids from front to back out; and whether layers keep to them. The layers themselves do not come
-// from here: this names what they could not take, and holds them against the trace.
+// Fragments in, each sample's ids from front to back out; and whether layers keep to them. The layers themselves do not
+// come from here: this names what they could not take, and holds them against the trace.
 #include "order.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct link { double key; uint32_t arrival, id; } link;
+typedef struct link {
+    double key;
+    uint32_t arrival, id;
+} link;
 
 static int front_first(const void *a, const void *b)
 {
@@ -56,7 +59,9 @@ status chains_make(const geometry *g, format format, const report *report, chain
     }
     free(used);
     free(links);
-    return good ? STATUS_OK : report_error(report, STATUS_IO, "out of memory: chains of %llu fragments", (unsigned long long)g->count);
+    return good ? STATUS_OK
+                : report_error(report, STATUS_IO, "out of memory: chains of %llu fragments",
+                               (unsigned long long)g->count);
 }
 
 void chains_free(chains *chains)

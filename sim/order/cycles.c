@@ -1,5 +1,6 @@
 // Primitives without a layer in, who lies on a cycle and who only behind one out: the strongly connected components of
-// "in front of" among them (Tarjan 1972), walked with a stack of its own, since a chain can be as long as there are primitives.
+// "in front of" among them (Tarjan 1972), walked with a stack of its own, since a chain can be as long as there are
+// primitives.
 //
 // Neighbours at a sample suffice: whoever is farther behind is reached through them. A primitive that is its own
 // neighbour lies on a cycle of one: the stencil counts it twice, so that it is never seen alone.
@@ -11,13 +12,13 @@
 #define UNSEEN 0u
 
 typedef struct search {
-    uint64_t *start;      // of each id's targets
+    uint64_t *start;  // of each id's targets
     uint32_t *targets;
-    uint64_t *next;       // the target to follow next
-    uint32_t *number;     // in order of discovery, from 1
-    uint32_t *low;        // the least number that can be reached
-    uint32_t *path;       // ids being followed
-    uint32_t *open;       // ids whose component is not closed yet
+    uint64_t *next;    // the target to follow next
+    uint32_t *number;  // in order of discovery, from 1
+    uint32_t *low;     // the least number that can be reached
+    uint32_t *path;    // ids being followed
+    uint32_t *open;    // ids whose component is not closed yet
     uint8_t *is_open;
     uint32_t count, path_count, open_count;
     order_place *places;

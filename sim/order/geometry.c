@@ -1,5 +1,5 @@
-// A trace in, the fragments that are to be ordered as columns in memory out: every pass of the ordering replays a part of
-// them, and reading a file that often would cost more than the passes.
+// A trace in, the fragments that are to be ordered as columns in memory out: every pass of the ordering replays a part
+// of them, and reading a file that often would cost more than the passes.
 #include "order.h"
 
 #include <stdlib.h>
@@ -52,7 +52,8 @@ static status take_fragments(trace *trace, geometry *g, uint64_t capacity, const
     trace_select(trace, 0, 0, g->info->width, g->info->height);
     status status = trace_rewind(trace);
     for (fragments run; status == STATUS_OK && (status = trace_next(trace, &run)) == STATUS_OK && run.count;)
-        if (g->info->draws[run.draw].class != CLASS_OPAQUE && (status = take_run(g, &run, capacity, map, report)) != STATUS_OK)
+        if (g->info->draws[run.draw].class != CLASS_OPAQUE &&
+            (status = take_run(g, &run, capacity, map, report)) != STATUS_OK)
             break;
     if (status == STATUS_OK)
         status = trace_rewind(trace);

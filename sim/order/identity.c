@@ -8,7 +8,7 @@ struct identity_map {
     uint32_t count, capacity;  // of names
     uint32_t *slots;           // id + 1; 0: free
     uint64_t slot_mask;
-    uint32_t last;             // fragments of one primitive come together
+    uint32_t last;  // fragments of one primitive come together
 };
 
 enum { SLOTS_FIRST = 1024 };

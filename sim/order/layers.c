@@ -3,7 +3,8 @@
 // A layer's candidates are the primitives that the item buffer of all that remain shows. The depth complexity of the
 // candidates, seen from behind, shows at each sample the farthest of them, which goes back if it is not the item there.
 // As printed, it goes back only where more than one candidate is left at the sample; that lets a candidate stay whose
-// last cover went back itself, because of another sample. docs/order.md has the smallest case and why this rule is exact.
+// last cover went back itself, because of another sample. docs/order.md has the smallest case and why this rule is
+// exact.
 #include "order.h"
 
 #include <stdlib.h>
@@ -172,12 +173,16 @@ static status extract_all(ordering *o)
     return status;
 }
 
-status layers_extract(const geometry *geometry, const passes *passes, const order_options *options, const report *report,
-                      uint32_t *layers, order_result *result)
+status layers_extract(const geometry *geometry, const passes *passes, const order_options *options,
+                      const report *report, uint32_t *layers, order_result *result)
 {
     const uint32_t count = geometry->id_count;
-    ordering o = {.geometry = geometry, .passes = passes, .report = report, .layers = layers,
-                  .printed = options->printed, .result = result};
+    ordering o = {.geometry = geometry,
+                  .passes = passes,
+                  .report = report,
+                  .layers = layers,
+                  .printed = options->printed,
+                  .result = result};
     o.remains = malloc(count + (size_t)1);
     o.candidate = malloc(count + (size_t)1);
     const bool good = o.remains && o.candidate && blocks_create(geometry->info, options->block_pixels, &o.blocks);

@@ -4,8 +4,8 @@
 //     --layers_extract: scan by blocks--> layer of each id --cycles_find, nowhere_find--> the rest by name
 //     --chains_make, chains_check--> whether the trace agrees
 //
-// An *id* numbers the primitives that have a fragment, 0, 1, 2, ... as they first appear; geometry.names tells who it is.
-// Where a sample has no fragment the programs leave 2^32 - 1, which is no id.
+// An *id* numbers the primitives that have a fragment, 0, 1, 2, ... as they first appear; geometry.names tells who it
+// is. Where a sample has no fragment the programs leave 2^32 - 1, which is no id.
 #ifndef ROPSIM_ORDER_H
 #define ROPSIM_ORDER_H
 
@@ -13,7 +13,9 @@
 
 // ---- Fragments in memory (geometry.c, identity.c) ------------------------------------------------------
 
-typedef struct identity { uint32_t draw, primitive; } identity;
+typedef struct identity {
+    uint32_t draw, primitive;
+} identity;
 
 // The transparent and sorted fragments in raster order, one array a column.
 typedef struct geometry {
@@ -84,7 +86,9 @@ typedef struct blocks {
 bool blocks_create(const trace_info *info, uint32_t side, blocks *blocks);  // false: no memory
 void blocks_free(blocks *blocks);
 // Rows [y0, y1) of samples [x0, x1), both counted in the image: x in samples, not in pixels.
-typedef struct block_area { uint32_t x0, x1, y0, y1; } block_area;
+typedef struct block_area {
+    uint32_t x0, x1, y0, y1;
+} block_area;
 block_area blocks_area(const blocks *blocks, uint32_t block);
 uint64_t blocks_active_samples(const blocks *blocks);
 
@@ -92,13 +96,16 @@ uint64_t blocks_active_samples(const blocks *blocks);
 
 #define LAYER_NONE UINT32_MAX
 // Fills layers[id], LAYER_NONE for what no layer takes, and the counts of passes and scans in `result`.
-status layers_extract(const geometry *geometry, const passes *passes, const order_options *options, const report *report,
-                      uint32_t *layers, order_result *result);
+status layers_extract(const geometry *geometry, const passes *passes, const order_options *options,
+                      const report *report, uint32_t *layers, order_result *result);
 
 // ---- What lies in front of what (chains.c, cycles.c, nowhere.c) -----------------------------------------
 
 // Each sample's ids from front to back: ids[start[s]] to ids[start[s + 1] - 1]. Equal depths in order of arrival.
-typedef struct chains { uint64_t *start; uint32_t *ids; } chains;
+typedef struct chains {
+    uint64_t *start;
+    uint32_t *ids;
+} chains;
 // `format`: depths compared as its codes, or as the trace has them if it is FORMAT_COUNT.
 status chains_make(const geometry *geometry, format format, const report *report, chains *chains);
 void chains_free(chains *chains);

@@ -10,7 +10,8 @@ static json_t *count(uint64_t value)
 
 static json_t *counts_object(order_counts counts)
 {
-    return json_pack("{s:o, s:o}", "bytes_read", count(counts.bytes_read), "samples_scanned", count(counts.samples_scanned));
+    return json_pack("{s:o, s:o}", "bytes_read", count(counts.bytes_read), "samples_scanned",
+                     count(counts.samples_scanned));
 }
 
 // The primitives of one place: numbers, or [draw, number] where numbers are not unique.
@@ -44,8 +45,9 @@ static json_t *layer_sizes(const order_result *result)
 
 static json_t *result_object(const order_result *result, const char *trace_path)
 {
-    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s}", "version", ROPSIM_VERSION, "trace", trace_path, "trace_hash",
-                               result->trace_hash, "machine", result->machine, "machine_hash", result->machine_hash);
+    json_t *object =
+        json_pack("{s:s, s:s, s:s, s:s, s:s}", "version", ROPSIM_VERSION, "trace", trace_path, "trace_hash",
+                  result->trace_hash, "machine", result->machine, "machine_hash", result->machine_hash);
     if (!object)  // a name that is not UTF-8, or no memory
         return NULL;
     json_object_set_new(object, "rule", json_string(result->printed ? "printed" : "exact"));
@@ -56,16 +58,19 @@ static json_t *result_object(const order_result *result, const char *trace_path)
     json_object_set_new(object, "ordered", count(result->place_counts[PLACE_LAYER]));
     json_object_set_new(object, "layers", count(result->layer_count));
     json_object_set_new(object, "layer_sizes", layer_sizes(result));
-    json_object_set_new(object, "passes", json_pack("{s:o, s:o, s:o}", "item", count(result->item_passes), "complexity",
-                                                    count(result->complexity_passes), "complexity_most_in_a_layer",
-                                                    count(result->complexity_passes_most)));
-    json_object_set_new(object, "fragments", json_pack("{s:o, s:o}", "in_order", count(result->fragments), "replayed",
-                                                       count(result->fragments_replayed)));
+    json_object_set_new(object, "passes",
+                        json_pack("{s:o, s:o, s:o}", "item", count(result->item_passes), "complexity",
+                                  count(result->complexity_passes), "complexity_most_in_a_layer",
+                                  count(result->complexity_passes_most)));
+    json_object_set_new(
+        object, "fragments",
+        json_pack("{s:o, s:o}", "in_order", count(result->fragments), "replayed", count(result->fragments_replayed)));
     json_object_set_new(object, "block_pixels", count(result->block_pixels));
     json_object_set_new(object, "whole", counts_object(result->whole));
     json_object_set_new(object, "blocks", counts_object(result->blocks));
-    json_object_set_new(object, "check", json_pack("{s:o, s:o}", "pairs", count(result->pairs), "pairs_wrong",
-                                                   count(result->pairs_wrong)));
+    json_object_set_new(
+        object, "check",
+        json_pack("{s:o, s:o}", "pairs", count(result->pairs), "pairs_wrong", count(result->pairs_wrong)));
     json_object_set_new(object, "several_draws", json_boolean(result->several_draws));
     json_object_set_new(object, "cyclic", place_array(result, PLACE_CYCLE));
     json_object_set_new(object, "behind_cycles", place_array(result, PLACE_BEHIND));
@@ -79,7 +84,8 @@ status order_write_json(const order_result *result, const char *trace_path, cons
 {
     json_t *object = result_object(result, trace_path);
     if (!object)
-        return report_error(report, STATUS_REFUSED, "%s: the trace's name is not UTF-8, and JSON holds nothing else", path);
+        return report_error(report, STATUS_REFUSED, "%s: the trace's name is not UTF-8, and JSON holds nothing else",
+                            path);
     aside *aside = NULL;
     FILE *file = NULL;
     status status = aside_open(path, report, &aside, &file);

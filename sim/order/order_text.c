@@ -45,28 +45,34 @@ static void print_place(const order_result *result, order_place place, const cha
 
 static void print_counts(const char *what, order_counts counts, FILE *out)
 {
-    fprintf(out, "  %-25s %" PRIu64 " bytes read back, %" PRIu64 " samples scanned\n", what, counts.bytes_read, counts.samples_scanned);
+    fprintf(out, "  %-25s %" PRIu64 " bytes read back, %" PRIu64 " samples scanned\n", what, counts.bytes_read,
+            counts.samples_scanned);
 }
 
 status order_print(const order_result *result, FILE *out)
 {
     fprintf(out, "primitives                  %" PRIu64 "\n", result->primitive_count);
-    fprintf(out, "  %-25s %" PRIu64 " in %" PRIu32 " layers\n", "in order", result->place_counts[PLACE_LAYER], result->layer_count);
+    fprintf(out, "  %-25s %" PRIu64 " in %" PRIu32 " layers\n", "in order", result->place_counts[PLACE_LAYER],
+            result->layer_count);
     print_place(result, PLACE_CYCLE, "on a cycle", out);
     print_place(result, PLACE_BEHIND, "behind a cycle", out);
     print_place(result, PLACE_NOWHERE, "without a fragment", out);
     if (result->nowhere_unnamed)
         fprintf(out, "  %-25s %" PRIu64 " more, which cannot be named\n", "", result->nowhere_unnamed);
-    fprintf(out, "passes                      %" PRIu64 " item buffer, %" PRIu64 " depth complexity (at most %" PRIu64 " a layer)\n",
+    fprintf(out,
+            "passes                      %" PRIu64 " item buffer, %" PRIu64 " depth complexity (at most %" PRIu64
+            " a layer)\n",
             result->item_passes, result->complexity_passes, result->complexity_passes_most);
-    fprintf(out, "  %-25s %" PRIu64 " replayed, of %" PRIu64 " in the trace\n", "fragments", result->fragments_replayed, result->fragments);
+    fprintf(out, "  %-25s %" PRIu64 " replayed, of %" PRIu64 " in the trace\n", "fragments", result->fragments_replayed,
+            result->fragments);
     print_counts("whole image", result->whole, out);
     if (result->block_pixels) {
         char what[NAME_SIZE];
         snprintf(what, sizeof what, "%" PRIu32 " x %" PRIu32 " blocks", result->block_pixels, result->block_pixels);
         print_counts(what, result->blocks, out);
     }
-    fprintf(out, "against the trace's depths  %" PRIu64 " of %" PRIu64 " neighbours out of order\n", result->pairs_wrong, result->pairs);
+    fprintf(out, "against the trace's depths  %" PRIu64 " of %" PRIu64 " neighbours out of order\n",
+            result->pairs_wrong, result->pairs);
     fprintf(out, "seconds                     %.3f\n", result->wall_seconds);
     return ferror(out) ? STATUS_IO : STATUS_OK;
 }

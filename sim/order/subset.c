@@ -1,6 +1,7 @@
 // Fragments in memory in, a trace of some primitives out: what the replay reads in a pass.
 //
-// One draw of class transparent: opaque draws are not part of the order, and a pass replays transparent and sorted ones alike.
+// One draw of class transparent: opaque draws are not part of the order, and a pass replays transparent and sorted ones
+// alike.
 #include "order.h"
 
 #include <stdlib.h>

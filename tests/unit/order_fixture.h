@@ -11,7 +11,10 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-typedef struct scene_reader { const order_scene *scene; size_t at; } scene_reader;
+typedef struct scene_reader {
+    const order_scene *scene;
+    size_t at;
+} scene_reader;
 
 static inline status scene_next(void *user, fragments *run)
 {
@@ -49,15 +52,21 @@ static inline status scene_order(const order_scene *scene, const char *machine_n
     }
     for (size_t i = 0; i < scene->count; i++)
         draws[scene->fragments[i].draw].fragments++;
-    const trace_info info = {.width = scene->width, .height = scene->height, .samples = scene->samples, .depth_bits = 64,
-                             .draws = draws, .draw_count = scene->draw_count, .fragment_count = scene->count};
+    const trace_info info = {.width = scene->width,
+                             .height = scene->height,
+                             .samples = scene->samples,
+                             .depth_bits = 64,
+                             .draws = draws,
+                             .draw_count = scene->draw_count,
+                             .fragment_count = scene->count};
     scene_reader reader = {scene, 0};
     trace *trace;
     messages_start(said);
     assert_int_equal(machine_load(machine_name, &said->report, &machine), STATUS_OK);
     if (assignment)
         assert_int_equal(machine_set(&machine, assignment, &said->report), STATUS_OK);
-    assert_int_equal(trace_from_source(&info, &(trace_source){scene_next, scene_rewind, &reader}, NULL, &trace), STATUS_OK);
+    assert_int_equal(trace_from_source(&info, &(trace_source){scene_next, scene_rewind, &reader}, NULL, &trace),
+                     STATUS_OK);
     const status status = order_run(trace, &machine, options, &said->report, result);
     trace_close(trace);
     return status;
@@ -83,7 +92,9 @@ static inline const order_primitive *find_primitive(const order_result *result, 
 
 // One draw of class transparent, one sample a pixel, one row.
 #define ROW_SCENE(pixels, table) \
-    {.width = (pixels), .height = 1, .samples = 1, .draw_count = 1, .classes = {CLASS_TRANSPARENT}, \
-     .fragments = (table), .count = sizeof(table) / sizeof *(table)}
+    { \
+        .width = (pixels), .height = 1, .samples = 1, .draw_count = 1, .classes = {CLASS_TRANSPARENT}, \
+        .fragments = (table), .count = sizeof(table) / sizeof *(table) \
+    }
 
 #endif

@@ -28,7 +28,7 @@ typedef struct order_scene {
 
 typedef struct order_model {
     uint32_t count;
-    order_primitive primitives[MODEL_PRIMITIVES];  // in order of appearance
+    order_primitive primitives[MODEL_PRIMITIVES];    // in order of appearance
     bool front[MODEL_PRIMITIVES][MODEL_PRIMITIVES];  // [a][b]: a is in front of b at some sample
     bool reach[MODEL_PRIMITIVES][MODEL_PRIMITIVES];  // or in front of one that is
     uint32_t layer_count;

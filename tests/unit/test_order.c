@@ -22,8 +22,8 @@ static void expect_place(const order_result *result, uint32_t primitive, order_p
 
 // ---- The two rules -------------------------------------------------------------------------------------
 
-// 0 covers 1, which covers 2, all at pixel 0, and 3 covers 0 at pixel 3. The paper's rule takes 2 and 0 out in one pass;
-// nobody is left then to say that 1 is covered.
+// 0 covers 1, which covers 2, all at pixel 0, and 3 covers 0 at pixel 3. The paper's rule takes 2 and 0 out in one
+// pass; nobody is left then to say that 1 is covered.
 static const order_fragment cover_goes_back[] = {
     {0, 0, 0, 0, 0.2, 0}, {0, 3, 0, 0, 0.3, 0}, {0, 0, 0, 0, 0.4, 1}, {0, 1, 0, 0, 0.4, 1},
     {0, 0, 0, 0, 0.6, 2}, {0, 2, 0, 0, 0.6, 2}, {0, 3, 0, 0, 0.1, 3},
@@ -56,23 +56,23 @@ static void the_printed_rule_misses_it(void **state)
     order_destroy(result);
 }
 
-// Figure 1 of the paper: A covers parts of B and C; C covers B where A does not cover both.
+// Figure 1 of the paper: A covers parts of B and of C; B lies in front of C wherever it is.
 static void figure_1_takes_three_layers(void **state)
 {
     (void)state;
     enum { A, B, C };
     const order_fragment table[] = {
-        {0, 0, 0, 0, 0.1, A}, {0, 0, 0, 0, 0.6, B}, {0, 0, 0, 0, 0.5, C},
-        {0, 1, 0, 0, 0.6, B}, {0, 2, 0, 0, 0.1, A}, {0, 2, 0, 0, 0.5, C}, {0, 3, 0, 0, 0.5, C},
+        {0, 0, 0, 0, 0.6, C}, {0, 0, 0, 0, 0.5, B}, {0, 0, 0, 0, 0.1, A}, {0, 1, 0, 0, 0.6, C},
+        {0, 1, 0, 0, 0.5, B}, {0, 2, 0, 0, 0.6, C}, {0, 2, 0, 0, 0.1, A}, {0, 3, 0, 0, 0.6, C},
     };
     const order_scene scene = ROW_SCENE(4, table);
     for (int printed = 0; printed < 2; printed++) {
         order_result *result = scene_ordered(&scene, &(order_options){.threads = 1, .printed = printed});
         expect_layer(result, A, 0);
-        expect_layer(result, C, 1);
-        expect_layer(result, B, 2);
+        expect_layer(result, B, 1);
+        expect_layer(result, C, 2);
         assert_int_equal(result->item_passes, 3);
-        assert_int_equal(result->complexity_passes_most, 2);  // B, then C, go back behind A
+        assert_int_equal(result->complexity_passes_most, 2);  // C, then B, goes back
         assert_int_equal(result->pairs_wrong, 0);
         order_destroy(result);
     }
@@ -118,7 +118,8 @@ static void equal_depths_count_in_order_of_arrival(void **state)
 static void a_primitive_twice_at_a_sample_is_a_cycle_of_one(void **state)
 {
     (void)state;
-    const order_fragment table[] = {{0, 0, 0, 0, 0.1, 0}, {0, 0, 0, 0, 0.2, 0}, {0, 0, 0, 0, 0.3, 1}, {0, 1, 0, 0, 0.5, 2}};
+    const order_fragment table[] = {
+        {0, 0, 0, 0, 0.1, 0}, {0, 0, 0, 0, 0.2, 0}, {0, 0, 0, 0, 0.3, 1}, {0, 1, 0, 0, 0.5, 2}};
     const order_scene scene = ROW_SCENE(2, table);
     order_result *result = scene_ordered(&scene, &one_thread);
     expect_place(result, 0, PLACE_CYCLE);
@@ -148,9 +149,14 @@ static void who_covers_no_sample_is_named_where_numbers_tell(void **state)
 {
     (void)state;
     const order_fragment table[] = {{0, 0, 0, 0, 0.1, 1}, {1, 0, 0, 0, 0.2, 3}, {2, 0, 0, 0, 0.3, 40}};
-    const order_scene scene = {.width = 1, .height = 1, .samples = 1, .draw_count = 3,
-                               .classes = {CLASS_OPAQUE, CLASS_TRANSPARENT, CLASS_SORTED}, .triangles = {3, 3, 5},
-                               .fragments = table, .count = 3};
+    const order_scene scene = {.width = 1,
+                               .height = 1,
+                               .samples = 1,
+                               .draw_count = 3,
+                               .classes = {CLASS_OPAQUE, CLASS_TRANSPARENT, CLASS_SORTED},
+                               .triangles = {3, 3, 5},
+                               .fragments = table,
+                               .count = 3};
     order_result *result = scene_ordered(&scene, &one_thread);
     // Draw 0 is opaque: no part of the order, but its numbers count. Draw 1 has 3, 4 and 5. Draw 2 is not numbered on.
     assert_int_equal(result->primitive_count, 4);
@@ -166,9 +172,14 @@ static void absurd_numbers_of_triangles_are_counted_not_listed(void **state)
 {
     (void)state;
     const order_fragment table[] = {{0, 0, 0, 0, 0.1, 0}, {1, 0, 0, 0, 0.1, 0}};
-    const order_scene scene = {.width = 1, .height = 1, .samples = 1, .draw_count = 2,
-                               .classes = {CLASS_TRANSPARENT, CLASS_TRANSPARENT}, .triangles = {UINT64_MAX, UINT64_MAX},
-                               .fragments = table, .count = 2};
+    const order_scene scene = {.width = 1,
+                               .height = 1,
+                               .samples = 1,
+                               .draw_count = 2,
+                               .classes = {CLASS_TRANSPARENT, CLASS_TRANSPARENT},
+                               .triangles = {UINT64_MAX, UINT64_MAX},
+                               .fragments = table,
+                               .count = 2};
     order_result *result = scene_ordered(&scene, &one_thread);
     assert_int_equal(result->primitive_count, 2);
     assert_int_equal(result->nowhere_unnamed, INT64_MAX);
@@ -194,7 +205,8 @@ static void nothing_transparent_is_no_layer(void **state)
 
 // ---- The stencil ---------------------------------------------------------------------------------------
 
-// 0 in front of 1 in front of 2 ... at pixel 0, each also alone at a pixel of its own; if asked for, the last in front of 1.
+// 0 in front of 1 in front of 2 ... at pixel 0, each also alone at a pixel of its own; if asked for, the last in front
+// of 1.
 static order_fragment *stack(uint32_t count, bool cyclic, size_t *fragment_count)
 {
     order_fragment *table = calloc(2 * (size_t)count + 2, sizeof *table);
@@ -226,7 +238,8 @@ static void a_stencil_of_two_bits_is_enough(void **state)
         expect_layer(result, i, i);
     assert_int_equal(result->complexity_passes_most, 8);
     order_destroy(result);
-    assert_int_equal(scene_order(&scene, "programmable", "stencil_bits=1", &one_thread, &said, &result), STATUS_REFUSED);
+    assert_int_equal(scene_order(&scene, "programmable", "stencil_bits=1", &one_thread, &said, &result),
+                     STATUS_REFUSED);
     assert_non_null(strstr(said.text, "stencil of 1 bit"));
     free(table);
 }
@@ -235,7 +248,8 @@ static void more_overlaps_than_the_stencil_counts_do_no_harm(void **state)
 {
     (void)state;
     enum { COUNT = 300 };
-    order_scene scene = {.width = COUNT + 2, .height = 1, .samples = 1, .draw_count = 1, .classes = {CLASS_TRANSPARENT}};
+    order_scene scene = {
+        .width = COUNT + 2, .height = 1, .samples = 1, .draw_count = 1, .classes = {CLASS_TRANSPARENT}};
     order_fragment *table = stack(COUNT, true, &scene.count);
     scene.fragments = table;
     order_result *result = scene_ordered(&scene, &one_thread);
@@ -283,8 +297,9 @@ static void depths_that_the_machine_cannot_tell_apart_are_reported(void **state)
     messages said;
     order_result *result;
     for (int z16 = 0; z16 < 2; z16++) {
-        assert_int_equal(scene_order(&scene, "programmable", z16 ? "depth_format=z16" : NULL, &one_thread, &said, &result),
-                         STATUS_OK);
+        assert_int_equal(
+            scene_order(&scene, "programmable", z16 ? "depth_format=z16" : NULL, &one_thread, &said, &result),
+            STATUS_OK);
         expect_layer(result, 1, z16 ? 1 : 0);
         assert_int_equal(result->pairs_wrong, z16);
         order_destroy(result);
@@ -325,9 +340,15 @@ static void expect_file(const order_result *result, const char *text)
 static void lines_are_number_layer_and_draw_where_needed(void **state)
 {
     (void)state;
-    const order_fragment table[] = {{0, 0, 0, 0, 0.5, 1}, {0, 1, 0, 0, 0.1, 7}, {1, 0, 0, 0, 0.2, 3}, {1, 1, 0, 0, 0.2, 7}};
-    order_scene scene = {.width = 2, .height = 1, .samples = 1, .draw_count = 2,
-                         .classes = {CLASS_TRANSPARENT, CLASS_SORTED}, .fragments = table, .count = 3};
+    const order_fragment table[] = {
+        {0, 0, 0, 0, 0.5, 1}, {0, 1, 0, 0, 0.1, 7}, {1, 0, 0, 0, 0.2, 3}, {1, 1, 0, 0, 0.2, 7}};
+    order_scene scene = {.width = 2,
+                         .height = 1,
+                         .samples = 1,
+                         .draw_count = 2,
+                         .classes = {CLASS_TRANSPARENT, CLASS_SORTED},
+                         .fragments = table,
+                         .count = 3};
     order_result *result = scene_ordered(&scene, &one_thread);
     expect_file(result, "7 0\n3 0\n1 1\n");
     order_destroy(result);

@@ -1,10 +1,15 @@
-// Visibility ordering of recorded scenes and meshes, held against every sample of the trace: a layer is the longest chain of
-// primitives in front, no more and no less. Meshes that are not there are skipped.
+// Visibility ordering of recorded scenes and meshes, held against every sample of the trace: a layer is the longest
+// chain of primitives in front, no more and no less. Meshes that are not there are skipped.
 #include "order_fixture.h"
 
 #include <unistd.h>
 
-typedef struct sample_fragment { uint64_t sample; double depth; uint64_t arrival; uint32_t primitive; } sample_fragment;
+typedef struct sample_fragment {
+    uint64_t sample;
+    double depth;
+    uint64_t arrival;
+    uint32_t primitive;
+} sample_fragment;
 
 static int front_first(const void *a, const void *b)
 {
@@ -24,8 +29,9 @@ static sample_fragment *sorted_fragments(trace *trace, size_t *count)
     *count = 0;
     for (fragments run; trace_next(trace, &run) == STATUS_OK && run.count;) {
         for (uint32_t i = 0; i < run.count; i++, ++*count)
-            sorted[*count] = (sample_fragment){((uint64_t)run.y[i] * info->width + run.x[i]) * info->samples + run.sample[i],
-                                               run.depth[i], *count, run.primitive[i]};
+            sorted[*count] =
+                (sample_fragment){((uint64_t)run.y[i] * info->width + run.x[i]) * info->samples + run.sample[i],
+                                  run.depth[i], *count, run.primitive[i]};
     }
     assert_int_equal(*count, info->fragment_count);
     qsort(sorted, *count, sizeof *sorted, front_first);
@@ -104,16 +110,19 @@ static order_result *order_scene_of(const char *scene, uint32_t pixels, uint32_t
     if (record_scenes(&scene, 1, &options, path, &said.report) != STATUS_OK ||
         machine_load("programmable", &said.report, &machine) != STATUS_OK ||
         trace_open(path, &said.report, &trace) != STATUS_OK ||
-        order_run(trace, &machine, &(order_options){.threads = 2, .block_pixels = 32}, &said.report, &result) != STATUS_OK) {
+        order_run(trace, &machine, &(order_options){.threads = 2, .block_pixels = 32}, &said.report, &result) !=
+            STATUS_OK) {
         fail_msg("%s: %s", scene, said.text);
         return NULL;
     }
     expect_longest_chains(trace, result);
     assert_int_equal(result->pairs_wrong, 0);
-    print_message("%s: %u layers, %llu in order, %llu cyclic, %llu behind, %llu + %llu passes\n", strrchr(scene, '/') ? strrchr(scene, '/') + 1 : scene,
-                  result->layer_count, (unsigned long long)result->place_counts[PLACE_LAYER],
-                  (unsigned long long)result->place_counts[PLACE_CYCLE], (unsigned long long)result->place_counts[PLACE_BEHIND],
-                  (unsigned long long)result->item_passes, (unsigned long long)result->complexity_passes);
+    print_message("%s: %u layers, %llu in order, %llu cyclic, %llu behind, %llu + %llu passes\n",
+                  strrchr(scene, '/') ? strrchr(scene, '/') + 1 : scene, result->layer_count,
+                  (unsigned long long)result->place_counts[PLACE_LAYER],
+                  (unsigned long long)result->place_counts[PLACE_CYCLE],
+                  (unsigned long long)result->place_counts[PLACE_BEHIND], (unsigned long long)result->item_passes,
+                  (unsigned long long)result->complexity_passes);
     trace_close(trace);
     unlink(path);
     rmdir(folder);
@@ -123,7 +132,8 @@ static order_result *order_scene_of(const char *scene, uint32_t pixels, uint32_t
 static void sheets_take_a_layer_each(void **state)
 {
     (void)state;
-    static const char *const scenes[] = {"scene:sheets,count=12,order=shuffled", "scene:sheets,count=12,order=reversed"};
+    static const char *const scenes[] = {"scene:sheets,count=12,order=shuffled",
+                                         "scene:sheets,count=12,order=reversed"};
     for (int i = 0; i < 2; i++) {
         order_result *result = order_scene_of(scenes[i], 64, 1, NULL);
         assert_int_equal(result->layer_count, 12);

@@ -23,19 +23,28 @@ static void fill(random_scene *r, uint64_t *state, bool wild)
     static const draw_class classes[4] = {CLASS_TRANSPARENT, CLASS_OPAQUE, CLASS_SORTED, CLASS_TRANSPARENT};
     const uint32_t samples = 1u << below(state, 3), primitives = 1 + below(state, 24), depths = 2 + below(state, 40);
     const uint32_t count = below(state, FRAGMENTS_MAX), draws = 1 + below(state, 4);
-    r->scene = (order_scene){.width = 1 + below(state, 5), .height = 1 + below(state, 4), .samples = samples,
-                             .draw_count = draws, .fragments = r->table, .count = count};
+    r->scene = (order_scene){.width = 1 + below(state, 5),
+                             .height = 1 + below(state, 4),
+                             .samples = samples,
+                             .draw_count = draws,
+                             .fragments = r->table,
+                             .count = count};
     memcpy(r->scene.classes, classes, sizeof classes);
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t primitive = below(state, primitives), depth = wild ? below(state, depths) : primitive * 7 % 24;
-        r->table[i] = (order_fragment){i * draws / count, below(state, r->scene.width), below(state, r->scene.height),
-                                       below(state, samples), depth / 64.0, primitive};
+        r->table[i] = (order_fragment){i * draws / count,
+                                       below(state, r->scene.width),
+                                       below(state, r->scene.height),
+                                       below(state, samples),
+                                       depth / 64.0,
+                                       primitive};
     }
     // A primitive covers a sample once, but for a few wild ones.
     for (uint32_t i = 0; i < r->scene.count; i++)
         for (uint32_t j = 0; j < i && !(wild && below(state, 64) == 0); j++)
             if (r->table[j].draw == r->table[i].draw && r->table[j].primitive == r->table[i].primitive &&
-                r->table[j].x == r->table[i].x && r->table[j].y == r->table[i].y && r->table[j].sample == r->table[i].sample) {
+                r->table[j].x == r->table[i].x && r->table[j].y == r->table[i].y &&
+                r->table[j].sample == r->table[i].sample) {
                 memmove(&r->table[i], &r->table[i + 1], (r->scene.count - i - 1) * sizeof *r->table);
                 r->scene.count--;
                 i--;
@@ -95,9 +104,10 @@ static void the_printed_rules_mistakes_are_counted(void **state)
         bool contradicts = false;
         for (uint32_t a = 0; a < model.count; a++)
             for (uint32_t b = 0; b < model.count; b++)
-                contradicts |= model.front[a][b] &&
-                               find_primitive(result, model.primitives[a].draw, model.primitives[a].primitive)->layer >=
-                                   find_primitive(result, model.primitives[b].draw, model.primitives[b].primitive)->layer;
+                contradicts |=
+                    model.front[a][b] &&
+                    find_primitive(result, model.primitives[a].draw, model.primitives[a].primitive)->layer >=
+                        find_primitive(result, model.primitives[b].draw, model.primitives[b].primitive)->layer;
         assert_int_equal(result->place_counts[PLACE_LAYER], model.count);
         assert_int_equal(contradicts, result->pairs_wrong > 0);
         wrong += contradicts;
