@@ -338,7 +338,7 @@ status history_plane_value(const program *program, const machine *machine, trace
 typedef struct order_options {
     int threads;            // 0: one a processor
     uint32_t block_pixels;  // side of the blocks in which planes are read back and scanned; 0: the whole image
-    uint64_t memory_bytes;  // budget of the fragments held in memory; 0: 4 GiB
+    uint64_t memory_bytes;  // budget of fragments and samples held in memory; 0: 4 GiB. What needs more is refused
     bool printed;           // the paper's own rule of what goes back, which can put a hidden primitive too early
 } order_options;
 

@@ -13,7 +13,8 @@ static const command_option option_rows[] = {
     [ROW_MACHINE] = {"machine", 0, "NAME|FILE", "shipped machine or .yaml file; default " COMMAND_DEFAULT_MACHINE},
     [ROW_SET] = {"set", 0, "KEY=VALUE", "change one key of the machine, such as depth_format; may be repeated"},
     [ROW_THREADS] = {"threads", 0, "N", "threads over tiles; default 0: one a processor; results do not depend on it"},
-    [ROW_MEMORY] = {"memory", 0, "MIB", "budget of the fragments held in memory in MiB; default 4096"},
+    [ROW_MEMORY] = {"memory", 0, "MIB",
+                    "budget in MiB of what is held in memory; default 4096; a trace that needs more is refused"},
     {0},
 };
 

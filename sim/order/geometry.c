@@ -5,8 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Of a fragment here, in the chains of chains.c, and in the bins of one pass.
-enum { FRAGMENT_BYTES = 17 + 20 + 24 };
+// Of a fragment: here, in the chains of chains.c, in the bins of one pass. Of a sample: planes, colours and readback of
+// the two passes that stand in memory together, and a chain's place.
+enum { FRAGMENT_BYTES = 17 + 20 + 24, SAMPLE_BYTES = 48 + 52 + 12 };
 
 static uint64_t count_fragments(const trace_info *info)
 {
@@ -67,11 +68,13 @@ status geometry_load(trace *trace, uint64_t memory_bytes, const report *report, 
     memset(g, 0, sizeof *g);
     g->info = trace_get_info(trace);
     const uint64_t capacity = count_fragments(g->info);
-    if (capacity > memory_bytes / FRAGMENT_BYTES)
-        return report_error(report, STATUS_REFUSED,
-                            "%llu fragments need %llu MiB of memory to be ordered, but the budget is %llu MiB",
-                            (unsigned long long)capacity, (unsigned long long)(capacity * FRAGMENT_BYTES >> 20),
-                            (unsigned long long)(memory_bytes >> 20));
+    const uint64_t sample_bytes = SAMPLE_BYTES * geometry_sample_count(g);
+    if (sample_bytes > memory_bytes || capacity > (memory_bytes - sample_bytes) / FRAGMENT_BYTES)
+        return report_error(
+            report, STATUS_REFUSED,
+            "ordering %llu fragments at %llu samples needs %d and %d bytes for each; the budget is %llu MiB",
+            (unsigned long long)capacity, (unsigned long long)geometry_sample_count(g), FRAGMENT_BYTES, SAMPLE_BYTES,
+            (unsigned long long)(memory_bytes >> 20));
     status status = allocate(g, capacity, report);
     if (status == STATUS_OK)
         status = take_fragments(trace, g, capacity, report);

@@ -44,6 +44,8 @@ expect 2 "--blocks is \`-1\`" order "$work/four.rtxt" -o "$work/order.txt" --blo
 expect 3 "cannot be opened" order "$work/none.ropt" -o "$work/order.txt"
 expect 1 "no programmable ROP" order "$work/four.rtxt" -o "$work/order.txt" --machine g80
 expect 1 "stencil of 1 bit" order "$work/four.rtxt" -o "$work/order.txt" --set stencil_bits=1
+sed 's/^size 4 1/size 32768 32768/' "$work/four.rtxt" >"$work/vast.rtxt"
+expect 1 "the budget is 4096 MiB" order "$work/vast.rtxt" -o "$work/order.txt"
 head -c 90 "$work/four.rtxt" >"$work/cut.rtxt"
 expect 1 "cut.rtxt:" order "$work/cut.rtxt" -o "$work/order.txt"
 [[ ! -e $work/order.txt ]] || complain "a run that failed left a file"
