@@ -49,7 +49,8 @@ static uint32_t scalar(const stepper *s, int source)
     if (source >= SOURCE_CONSTANT)
         return s->bound->constants[source - SOURCE_CONSTANT];
     if (source >= SOURCE_DEPTH) {
-        const format format = source == SOURCE_DEPTH ? s->bound->limits.depth_format : (enum format)(source - SOURCE_DEPTH_FORMAT);
+        const format format =
+            source == SOURCE_DEPTH ? s->bound->limits.depth_format : (enum format)(source - SOURCE_DEPTH_FORMAT);
         return format_depth_to_code(format, s->fragment->depth, s->bound->reversed_depth);
     }
     return source == SOURCE_PRIMITIVE ? s->fragment->primitive : s->state->registers[source];

@@ -1,9 +1,21 @@
 // `ropsim history`: what each pass did to one sample, fragment by fragment, as text or JSON.
 #include "command.h"
 
-enum { ROW_SAMPLE, ROW_JSON, ROW_OUTPUT, ROW_PASS, ROW_ITERATION, ROW_MACHINE, ROW_SET, ROW_ITERATIONS, ROW_RATIO, ROW_THREADS };
+enum {
+    ROW_SAMPLE,
+    ROW_JSON,
+    ROW_OUTPUT,
+    ROW_PASS,
+    ROW_ITERATION,
+    ROW_MACHINE,
+    ROW_SET,
+    ROW_ITERATIONS,
+    ROW_RATIO,
+    ROW_THREADS
+};
 static const command_option option_rows[] = {
-    [ROW_SAMPLE] = {"sample", 0, "X,Y[,S]", "the pixel, 0,0 is the top left one, and the sample in it; default sample 0"},
+    [ROW_SAMPLE] = {"sample", 0, "X,Y[,S]",
+                    "the pixel, 0,0 is the top left one, and the sample in it; default sample 0"},
     [ROW_JSON] = {"json", 0, NULL, "print one JSON object instead of text"},
     [ROW_OUTPUT] = {"output", 'o', "FILE", "write to a file; default and -: standard output"},
     [ROW_PASS] = {"pass", 0, "N", "show pass N only, from 1; with --iteration, counted within it; default 0: all"},
@@ -48,7 +60,8 @@ static bool take_sample(const char *text, uint32_t place[3])
             break;
     }
     if (!good || part < 2)
-        report_error(&command_report, STATUS_USAGE, "--sample is `%s`, but must be X,Y or X,Y,S: a pixel and a sample of it, from 0", text);
+        report_error(&command_report, STATUS_USAGE,
+                     "--sample is `%s`, but must be X,Y or X,Y,S: a pixel and a sample of it, from 0", text);
     return good && part >= 2;
 }
 

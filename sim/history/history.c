@@ -20,9 +20,10 @@ static status check_position(const request *r, const trace_info *info)
 {
     if (r->x < info->width && r->y < info->height && r->sample < info->samples)
         return STATUS_OK;
-    return report_error(r->report, STATUS_USAGE,
-                        "pixel %u, %u, sample %u is not in the trace: x is 0 to %u, y is 0 to %u, the sample is 0%s%.0u", r->x, r->y,
-                        r->sample, info->width - 1, info->height - 1, info->samples > 1 ? " to " : "", info->samples - 1);
+    return report_error(
+        r->report, STATUS_USAGE,
+        "pixel %u, %u, sample %u is not in the trace: x is 0 to %u, y is 0 to %u, the sample is 0%s%.0u", r->x, r->y,
+        r->sample, info->width - 1, info->height - 1, info->samples > 1 ? " to " : "", info->samples - 1);
 }
 
 static bool same_float(float a, float b)
@@ -36,19 +37,21 @@ static status check_against_replay(const history *h, const report *report)
     for (int p = 0; p < h->program->plane_count; p++) {
         const size_t words = format_table[bound_plane_format(h->bound, p)].class == FORMAT_CLASS_COLOR ? 4 : 1;
         if (memcmp(h->planes[p], h->run->plane_values[p] + sample * words, words * sizeof(uint32_t)) != 0)
-            return report_error(report, STATUS_REFUSED,
-                                "internal error: at pixel %u, %u, sample %u the history ends with another value of plane '%s' than "
-                                "the replay; please report program, trace and machine",
-                                h->x, h->y, h->sample, h->program->planes[p].name);
+            return report_error(
+                report, STATUS_REFUSED,
+                "internal error: at pixel %u, %u, sample %u the history ends with another value of plane '%s' than "
+                "the replay; please report program, trace and machine",
+                h->x, h->y, h->sample, h->program->planes[p].name);
     }
     float rgb[3];
     value_output(h, rgb);
     for (uint64_t c = 0; c < 3; c++)
         if (!same_float(rgb[c], h->run->sample_rgb[3 * sample + c]))
-            return report_error(report, STATUS_REFUSED,
-                                "internal error: at pixel %u, %u, sample %u the history ends with another colour than the replay; "
-                                "please report program, trace and machine",
-                                h->x, h->y, h->sample);
+            return report_error(
+                report, STATUS_REFUSED,
+                "internal error: at pixel %u, %u, sample %u the history ends with another colour than the replay; "
+                "please report program, trace and machine",
+                h->x, h->y, h->sample);
     return STATUS_OK;
 }
 
@@ -62,7 +65,8 @@ static status check_shown(const history *h, const report *report)
         snprintf(pass, sizeof pass, "pass %" PRIu64, options->pass);
     if (options->iteration)
         snprintf(iteration, sizeof iteration, "%siteration %" PRIu64, options->pass ? " of " : "", options->iteration);
-    return report_error(report, STATUS_REFUSED, "there is no %s%s: the schedule ran %" PRIu64 " passes in %" PRIu64 " iterations", pass,
+    return report_error(report, STATUS_REFUSED,
+                        "there is no %s%s: the schedule ran %" PRIu64 " passes in %" PRIu64 " iterations", pass,
                         iteration, h->pass, h->run->iterations);
 }
 
@@ -97,8 +101,16 @@ static status run_history(const request *r, const sink *sink)
     if (status == STATUS_OK && !h)
         status = report_error(r->report, STATUS_IO, "out of memory");
     if (status == STATUS_OK) {
-        *h = (history){.program = r->program, .bound = bound, .limits = &limits, .info = info, .options = r->options, .run = run,
-                       .machine = r->machine->name, .x = r->x, .y = r->y, .sample = r->sample};
+        *h = (history){.program = r->program,
+                       .bound = bound,
+                       .limits = &limits,
+                       .info = info,
+                       .options = r->options,
+                       .run = run,
+                       .machine = r->machine->name,
+                       .x = r->x,
+                       .y = r->y,
+                       .sample = r->sample};
         status = walk(r, h, sink);
         free(h->fragments);
     }
@@ -110,11 +122,12 @@ static status run_history(const request *r, const sink *sink)
 
 static status check_output(status result, const report *report, FILE *out)
 {
-    return result == STATUS_OK && ferror(out) ? report_error(report, STATUS_IO, "the history cannot be written") : result;
+    return result == STATUS_OK && ferror(out) ? report_error(report, STATUS_IO, "the history cannot be written")
+                                              : result;
 }
 
-status history_print(const program *program, const machine *machine, trace *trace, uint32_t x, uint32_t y, uint32_t sample,
-                     const history_options *options, const report *report, FILE *out)
+status history_print(const program *program, const machine *machine, trace *trace, uint32_t x, uint32_t y,
+                     uint32_t sample, const history_options *options, const report *report, FILE *out)
 {
     const request request = {program, machine, trace, x, y, sample, options, report};
     const sink sink = history_text_sink(out);

@@ -21,8 +21,10 @@ typedef struct named_value {
 } named_value;
 
 typedef enum event_kind {
-    EVENT_KEEP,       // the shader's verdict: discarded if it does not hold
-    EVENT_CLIP, EVENT_STENCIL, EVENT_DEPTH,  // declared tests of a pass: left RELATION right
+    EVENT_KEEP,  // the shader's verdict: discarded if it does not hold
+    EVENT_CLIP,
+    EVENT_STENCIL,
+    EVENT_DEPTH,      // declared tests of a pass: left RELATION right
     EVENT_COMPARE,    // of a kernel or a shader: left RELATION right
     EVENT_WRITE,      // a plane: left before, right after
     EVENT_COUNT,      // query `query` counts the fragment
@@ -53,7 +55,7 @@ typedef struct history {
     const run_result *run;
     const char *machine;
     uint32_t x, y, sample;
-    sample_fragment *fragments;   // in raster order
+    sample_fragment *fragments;  // in raster order
     uint64_t fragment_count;
 
     // Where the walk stands.
@@ -61,13 +63,13 @@ typedef struct history {
     uint64_t queries[QUERY_MAX];                          // counted here since the last reset
     uint64_t iterations[NEST_MAX];                        // of the repeats that it is in, outermost first, from 1
     int nest;
-    uint64_t pass, pass_in_iteration;                     // numbers of the last pass; opaque draws have none
-    uint64_t evaluation;                                  // conditions met so far
-    bool blending;                                        // in the second pass of a `list`
-    const draw_batches *batches;                          // of the `batches` step that it is in, NULL: none
-    uint32_t batch;                                       // of those, from 0
-    uint64_t shown;                                       // passes that options asked for
-    event events[WORD_MAX];                               // of one fragment: at most one an instruction
+    uint64_t pass, pass_in_iteration;  // numbers of the last pass; opaque draws have none
+    uint64_t evaluation;               // conditions met so far
+    bool blending;                     // in the second pass of a `list`
+    const draw_batches *batches;       // of the `batches` step that it is in, NULL: none
+    uint32_t batch;                    // of those, from 0
+    uint64_t shown;                    // passes that options asked for
+    event events[WORD_MAX];            // of one fragment: at most one an instruction
     int event_count;
 } history;
 
@@ -75,11 +77,12 @@ typedef struct history {
 typedef struct sink {
     void *user;
     void (*begin)(void *user, const history *history);
-    void (*batch)(void *user, const history *history);                    // its number: history->batch
-    void (*iteration)(void *user, const history *history);                // its number: history->iterations[nest - 1]
+    void (*batch)(void *user, const history *history);      // its number: history->batch
+    void (*iteration)(void *user, const history *history);  // its number: history->iterations[nest - 1]
     void (*transfer)(void *user, const history *history, const step *step);  // clear, copy, swap, reset: is done
-    void (*pass)(void *user, const history *history, const step *step);   // a draw or a full-screen pass begins
-    void (*fragment)(void *user, const history *history, uint64_t index); // index into fragments; UINT64_MAX: full-screen
+    void (*pass)(void *user, const history *history, const step *step);      // a draw or a full-screen pass begins
+    void (*fragment)(void *user, const history *history,
+                     uint64_t index);  // index into fragments; UINT64_MAX: full-screen
     void (*pass_end)(void *user, const history *history, const step *step);
     void (*condition)(void *user, const history *history, const step *step, const condition_result *result);
     void (*end)(void *user, const history *history);
@@ -90,14 +93,20 @@ status fragments_gather(trace *trace, const report *report, history *history);
 // Runs the schedule on the sample (schedule_walk.c). False: out of memory.
 bool schedule_walk(history *history, const sink *sink);
 bool schedule_draws(const history *history, const step *step, uint64_t index);  // whether a step draws the fragment
-event *event_add(history *history, event_kind kind);  // zeros, at the end of history->events
+event *event_add(history *history, event_kind kind);                            // zeros, at the end of history->events
 named_value value_named(const char *name, format format, uint32_t word);
 // Runs a kernel for one fragment (NULL: full-screen) and fills history->events (observe.c).
 void observe_fragment(history *history, int kernel, const fragment_input *fragment);
 
 // A `list` step's list of one sample (fragment_keep.c): its fragments come in raster order, are sorted and blended.
-typedef struct kept_fragment { uint32_t code; uint64_t index; } kept_fragment;
-typedef struct kept_list { kept_fragment *kept; uint64_t count; } kept_list;  // kept: room for all fragments of the sample
+typedef struct kept_fragment {
+    uint32_t code;
+    uint64_t index;
+} kept_fragment;
+typedef struct kept_list {
+    kept_fragment *kept;
+    uint64_t count;
+} kept_list;  // kept: room for all fragments of the sample
 void fragment_keep(history *history, const step *step, uint64_t index, kept_list *list);  // fills history->events
 void kept_sort(kept_list *list);
 // Blends a fragment over `color`, in float; fills history->events.
@@ -116,7 +125,10 @@ const char *value_classes(int classes);  // of a draw, as the schedule says it
 void value_output(const history *history, float rgb[3]);
 
 // Where a JSON object is being written, and whether the array that is open has an element already: a comma comes first.
-typedef struct json_writer { FILE *out; bool steps, fragments; } json_writer;
+typedef struct json_writer {
+    FILE *out;
+    bool steps, fragments;
+} json_writer;
 sink history_text_sink(FILE *out);
 sink history_json_sink(json_writer *writer);  // which lives as long as the sink
 

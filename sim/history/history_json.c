@@ -46,8 +46,9 @@ static json_t *value_object(const history *h, const named_value *value)
     const uint32_t word = value->words[0];
     switch (format_table[value->format].class) {
     case FORMAT_CLASS_DEPTH:
-        return json_pack("{s:o, s:o}", "depth", number(format_code_to_depth(value->format, word, h->info->reversed_depth)),
-                         "code", count(word));
+        return json_pack("{s:o, s:o}", "depth",
+                         number(format_code_to_depth(value->format, word, h->info->reversed_depth)), "code",
+                         count(word));
     case FORMAT_CLASS_UINT: return count(word);
     case FORMAT_CLASS_FLOAT: return number(as_double(word));
     case FORMAT_CLASS_COLOR: return floats(value->words, 4);
@@ -85,7 +86,8 @@ static json_t *change(const history *h, const named_value *before, const named_v
 
 static json_t *plane_change(const history *h, int plane)
 {
-    const named_value before = value_of_plane(h, plane, h->before[plane]), after = value_of_plane(h, plane, h->planes[plane]);
+    const named_value before = value_of_plane(h, plane, h->before[plane]),
+                      after = value_of_plane(h, plane, h->planes[plane]);
     return change(h, &before, &after);
 }
 
@@ -96,9 +98,9 @@ static json_t *fragment_object(const history *h, uint64_t i)
     json_t *rgba = json_array();
     for (int c = 0; c < 4; c++)
         json_array_append_new(rgba, number((double)f->input.rgba[c]));
-    return json_pack("{s:o, s:o, s:s, s:o, s:o, s:o}", "number", count(i + 1), "draw", name_or_null(draw->name), "class",
-                     draw_class_names[draw->class], "primitive", count(f->input.primitive), "depth", number(f->input.depth),
-                     "rgba", rgba);
+    return json_pack("{s:o, s:o, s:s, s:o, s:o, s:o}", "number", count(i + 1), "draw", name_or_null(draw->name),
+                     "class", draw_class_names[draw->class], "primitive", count(f->input.primitive), "depth",
+                     number(f->input.depth), "rgba", rgba);
 }
 
 static void begin(void *user, const history *h)
@@ -106,8 +108,8 @@ static void begin(void *user, const history *h)
     json_writer *w = user;
     json_t *head = json_pack("{s:s, s:s, s:s, s:s, s:o, s:s, s:o, s:o, s:o}", "version", ROPSIM_VERSION, "program",
                              h->program->name, "machine", h->machine, "machine_hash", h->run->machine_hash, "trace",
-                             name_or_null(h->options->trace_name), "trace_hash", h->run->trace_hash, "x", count(h->x), "y",
-                             count(h->y), "sample", count(h->sample));
+                             name_or_null(h->options->trace_name), "trace_hash", h->run->trace_hash, "x", count(h->x),
+                             "y", count(h->y), "sample", count(h->sample));
     fputc('{', w->out);
     json_dumpf(head, w->out, JSON_EMBED);
     json_decref(head);
@@ -121,8 +123,10 @@ static void begin(void *user, const history *h)
 
 static void transfer(void *user, const history *h, const step *step)
 {
-    static const char *const names[] = {[STEP_CLEAR] = "clear", [STEP_COPY] = "copy", [STEP_SWAP] = "swap", [STEP_RESET] = "reset"};
-    json_t *object = json_pack("{s:s, s:i, s:o}", "step", names[step->kind], "line", step->line, "iteration", iterations(h));
+    static const char *const names[] = {
+        [STEP_CLEAR] = "clear", [STEP_COPY] = "copy", [STEP_SWAP] = "swap", [STEP_RESET] = "reset"};
+    json_t *object =
+        json_pack("{s:s, s:i, s:o}", "step", names[step->kind], "line", step->line, "iteration", iterations(h));
     if (step->kind == STEP_RESET) {
         json_object_set_new(object, "query", json_string(h->program->queries[step->query].name));
     } else {
@@ -144,12 +148,17 @@ static void pass(void *user, const history *h, const step *step)
     fputs(w->steps ? ",\n  " : "\n  ", w->out);
     w->steps = true;
     w->fragments = false;
-    fprintf(w->out, "{\"step\": \"%s\", \"line\": %d, ", fullscreen ? "fullscreen" : !list ? "draw" : h->blending ? "list_blend" : "list", step->line);
+    fprintf(w->out, "{\"step\": \"%s\", \"line\": %d, ",
+            fullscreen    ? "fullscreen"
+            : !list       ? "draw"
+            : h->blending ? "list_blend"
+                          : "list",
+            step->line);
     if (!fullscreen)
         fprintf(w->out, "\"class\": \"%s\", ", value_classes(step->classes));
     if (list)
-        fprintf(w->out, "\"entries\": %u, \"into\": \"%s\", \"blend\": \"%s\"", step->entries, h->program->planes[step->plane].name,
-                h->program->blends[step->kernel].name);
+        fprintf(w->out, "\"entries\": %u, \"into\": \"%s\", \"blend\": \"%s\"", step->entries,
+                h->program->planes[step->plane].name, h->program->blends[step->kernel].name);
     else
         fprintf(w->out, "\"kernel\": \"%s\"", h->program->kernels[step->kernel].name);
     if (fullscreen || step->classes != DRAW_OPAQUE)
@@ -167,9 +176,9 @@ static json_t *side(const history *h, const named_value *value)
 static json_t *event_object(const history *h, const event *event)
 {
     static const char *const names[] = {
-        [EVENT_KEEP] = "keep",       [EVENT_CLIP] = "clip",   [EVENT_STENCIL] = "stencil", [EVENT_DEPTH] = "depth",
-        [EVENT_COMPARE] = "compare", [EVENT_WRITE] = "write", [EVENT_COUNT] = "count",     [EVENT_COMPOSITE] = "composite",
-        [EVENT_LIST] = "list",
+        [EVENT_KEEP] = "keep",   [EVENT_CLIP] = "clip",           [EVENT_STENCIL] = "stencil",
+        [EVENT_DEPTH] = "depth", [EVENT_COMPARE] = "compare",     [EVENT_WRITE] = "write",
+        [EVENT_COUNT] = "count", [EVENT_COMPOSITE] = "composite", [EVENT_LIST] = "list",
     };
     json_t *object = json_pack("{s:s}", "event", names[event->kind]);
     if (event->kind == EVENT_COUNT)
@@ -213,10 +222,10 @@ static void pass_end(void *user, const history *h, const step *step)
 
 static void condition(void *user, const history *h, const step *step, const condition_result *result)
 {
-    put_step(user, json_pack("{s:s, s:i, s:o, s:s, s:o, s:o, s:b}", "step", step->kind == STEP_WHILE ? "while" : "if", "line",
-                             step->line, "iteration", iterations(h), "query", h->program->queries[step->query].name,
-                             "count_here", count(h->queries[step->query]), "count", count(result->count), "holds",
-                             result->holds));
+    put_step(user, json_pack("{s:s, s:i, s:o, s:s, s:o, s:o, s:b}", "step", step->kind == STEP_WHILE ? "while" : "if",
+                             "line", step->line, "iteration", iterations(h), "query",
+                             h->program->queries[step->query].name, "count_here", count(h->queries[step->query]),
+                             "count", count(result->count), "holds", result->holds));
 }
 
 static void end(void *user, const history *h)

@@ -57,8 +57,9 @@ static const char *plural(uint64_t count)
 static void begin(void *user, const history *h)
 {
     FILE *out = user;
-    fprintf(out, "%s on %s%s%s: pixel %u, %u, sample %u\n", h->program->name, h->machine, h->options->trace_name ? ", " : "",
-            h->options->trace_name ? h->options->trace_name : "", h->x, h->y, h->sample);
+    fprintf(out, "%s on %s%s%s: pixel %u, %u, sample %u\n", h->program->name, h->machine,
+            h->options->trace_name ? ", " : "", h->options->trace_name ? h->options->trace_name : "", h->x, h->y,
+            h->sample);
     fprintf(out, "%" PRIu64 " fragment%s in raster order%s\n", h->fragment_count, plural(h->fragment_count),
             h->fragment_count ? ": number, depth, straight red green blue alpha, primitive, draw" : "");
     for (uint64_t i = 0; i < h->fragment_count; i++) {
@@ -67,8 +68,8 @@ static void begin(void *user, const history *h)
         char rgba[64];
         snprintf(rgba, sizeof rgba, "%.6g %.6g %.6g %.6g", (double)f->input.rgba[0], (double)f->input.rgba[1],
                  (double)f->input.rgba[2], (double)f->input.rgba[3]);
-        fprintf(out, "  #%-5" PRIu64 " %-12.9g %-28s %-8u %s (%s)\n", i + 1, f->input.depth, rgba, f->input.primitive, draw->name,
-                draw_class_names[draw->class]);
+        fprintf(out, "  #%-5" PRIu64 " %-12.9g %-28s %-8u %s (%s)\n", i + 1, f->input.depth, rgba, f->input.primitive,
+                draw->name, draw_class_names[draw->class]);
     }
 }
 
@@ -86,7 +87,6 @@ static void iteration(void *user, const history *h)
     fputc('\n', out);
 }
 
-
 static void change(line *line, const named_value *before, const named_value *after, const history *h)
 {
     char from[VALUE_TEXT_SIZE], to[VALUE_TEXT_SIZE];
@@ -100,7 +100,8 @@ static void change(line *line, const named_value *before, const named_value *aft
 
 static void plane_change(line *line, const history *h, int plane)
 {
-    const named_value before = value_of_plane(h, plane, h->before[plane]), after = value_of_plane(h, plane, h->planes[plane]);
+    const named_value before = value_of_plane(h, plane, h->before[plane]),
+                      after = value_of_plane(h, plane, h->planes[plane]);
     change(line, &before, &after, h);
 }
 
@@ -144,10 +145,11 @@ static void pass(void *user, const history *h, const step *step)
     if (step->kind == STEP_FULLSCREEN)
         fprintf(out, "fullscreen %s\n", h->program->kernels[step->kernel].name);
     else if (step->kind == STEP_LIST && h->blending)
-        fprintf(out, "blend the list into %s with %s, nearest first\n", planes[step->plane].name, h->program->blends[step->kernel].name);
+        fprintf(out, "blend the list into %s with %s, nearest first\n", planes[step->plane].name,
+                h->program->blends[step->kernel].name);
     else if (step->kind == STEP_LIST)
-        fprintf(out, "list %s before %s, at most %u%s\n", value_classes(step->classes), planes[step->source].name, step->entries,
-                has_fragment(h, step) ? "" : ": no fragment here");
+        fprintf(out, "list %s before %s, at most %u%s\n", value_classes(step->classes), planes[step->source].name,
+                step->entries, has_fragment(h, step) ? "" : ": no fragment here");
     else
         fprintf(out, "draw %s with %s%s\n", value_classes(step->classes), h->program->kernels[step->kernel].name,
                 has_fragment(h, step) ? "" : ": no fragment here");
@@ -156,7 +158,8 @@ static void pass(void *user, const history *h, const step *step)
 static void test(line *line, const history *h, const event *event)
 {
     static const char *const titles[] = {
-        [EVENT_KEEP] = "shader keeps it", [EVENT_CLIP] = "clip ", [EVENT_STENCIL] = "stencil ", [EVENT_DEPTH] = "depth ", [EVENT_COMPARE] = "",
+        [EVENT_KEEP] = "shader keeps it", [EVENT_CLIP] = "clip ", [EVENT_STENCIL] = "stencil ",
+        [EVENT_DEPTH] = "depth ",         [EVENT_COMPARE] = "",
     };
     const char *verdict = event->holds ? "yes" : "no", *title = titles[event->kind];
     char left[VALUE_TEXT_SIZE], right[VALUE_TEXT_SIZE];
@@ -165,8 +168,8 @@ static void test(line *line, const history *h, const event *event)
     if (event->kind == EVENT_KEEP || strlen(event->relation) > 2)
         line_item(line, "%s%s: %s", title, event->relation, verdict);
     else
-        line_item(line, "%s%s%s%s %s %s%s%s: %s", title, event->left.name, *event->left.name ? " " : "", left, event->relation,
-                  event->right.name, *event->right.name ? " " : "", right, verdict);
+        line_item(line, "%s%s%s%s %s %s%s%s: %s", title, event->left.name, *event->left.name ? " " : "", left,
+                  event->relation, event->right.name, *event->right.name ? " " : "", right, verdict);
 }
 
 static void fragment(void *user, const history *h, uint64_t index)
@@ -211,7 +214,9 @@ static void condition(void *user, const history *h, const step *step, const cond
     const bool is_while = step->kind == STEP_WHILE;
     fprintf(out, "\n%s %s: %" PRIu64 " here, %" PRIu64 " over the image: %s\n", is_while ? "while" : "if",
             h->program->queries[step->query].name, h->queries[step->query], result->count,
-            is_while ? result->holds ? "again" : "ends" : result->holds ? "yes" : "no");
+            is_while        ? result->holds ? "again" : "ends"
+            : result->holds ? "yes"
+                            : "no");
 }
 
 static void end(void *user, const history *h)

@@ -17,7 +17,7 @@ typedef struct observer {
     int kernel;
     const fragment_input *fragment;
     origin registers[SOURCE_COLOR + COLOR_COUNT];
-    int clips;                          // tested so far
+    int clips;  // tested so far
     bool stencil_tested, depth_tested;
 } observer;
 
@@ -31,7 +31,8 @@ static origin make_origin(const char *name, format format)
 static origin computed(int d, format format)
 {
     origin origin = {.format = format};
-    snprintf(origin.name, sizeof origin.name, "%c%d", d < SOURCE_COLOR ? 'r' : 'c', d < SOURCE_COLOR ? d : d - SOURCE_COLOR);
+    snprintf(origin.name, sizeof origin.name, "%c%d", d < SOURCE_COLOR ? 'r' : 'c',
+             d < SOURCE_COLOR ? d : d - SOURCE_COLOR);
     return origin;
 }
 
@@ -88,7 +89,9 @@ static void note_origin(observer *o, const stepped *s)
     origin *to = &o->registers[i.d];
     switch (i.op) {
     case OP_ld:
-    case OP_tex: *to = make_origin(o->history->program->planes[i.a].name, bound_plane_format(o->history->bound, i.a)); break;
+    case OP_tex:
+        *to = make_origin(o->history->program->planes[i.a].name, bound_plane_format(o->history->bound, i.a));
+        break;
     case OP_mov: *to = source_origin(o, i.a); break;
     case OP_min:
     case OP_max: *to = source_origin(o, s->after[0] == s->a[0] ? i.a : i.b); break;
@@ -142,15 +145,15 @@ static uint32_t depth_code(const observer *o, format format)
 }
 
 static const char *const compare_symbols[COMPARE_FUNCTION_COUNT] = {
-    [COMPARE_never] = "never", [COMPARE_less] = "<",     [COMPARE_equal] = "=",   [COMPARE_lequal] = "<=",
+    [COMPARE_never] = "never", [COMPARE_less] = "<",      [COMPARE_equal] = "=",   [COMPARE_lequal] = "<=",
     [COMPARE_greater] = ">",   [COMPARE_notequal] = "!=", [COMPARE_gequal] = ">=", [COMPARE_always] = "always",
 };
 
 // z FUNCTION min(planes), as the machine compares them: as codes, or both as floats.
 static void note_clip(observer *o, const pass_decl *pass, const stepped *s)
 {
-    static const char *const relations[] = {[BOUND_less] = "<", [BOUND_lequal] = "<=", [BOUND_equal] = "=",
-                                            [BOUND_gequal] = ">=", [BOUND_greater] = ">"};
+    static const char *const relations[] = {
+        [BOUND_less] = "<", [BOUND_lequal] = "<=", [BOUND_equal] = "=", [BOUND_gequal] = ">=", [BOUND_greater] = ">"};
     const history *h = o->history;
     const clip_decl *clip = &pass->clips[o->clips++];
     const format format = bound_plane_format(h->bound, clip->plane[0]);
@@ -162,7 +165,10 @@ static void note_clip(observer *o, const pass_decl *pass, const stepped *s)
     for (int j = 0; j < clip->plane_count; j++) {
         const uint32_t code = h->planes[clip->plane[j]][0];
         right.words[0] = code < right.words[0] ? code : right.words[0];
-        used += (size_t)snprintf(right.name + used, sizeof right.name - used, "%s%s", j ? ", " : clip->plane_count > 1 ? "min(" : "",
+        used += (size_t)snprintf(right.name + used, sizeof right.name - used, "%s%s",
+                                 j                       ? ", "
+                                 : clip->plane_count > 1 ? "min("
+                                                         : "",
                                  h->program->planes[clip->plane[j]].name);
     }
     if (clip->plane_count > 1)
@@ -187,7 +193,8 @@ static void note_stencil_test(observer *o, const pass_decl *pass, const stepped 
     event->relation = compare_symbols[pass->stencil_function];
     event->holds = s->after[0];
     event->left = value_named("", FORMAT_u32, pass->stencil_reference & mask);
-    event->right = value_named(h->program->planes[pass->stencil_plane].name, FORMAT_u32, h->planes[pass->stencil_plane][0] & mask);
+    event->right =
+        value_named(h->program->planes[pass->stencil_plane].name, FORMAT_u32, h->planes[pass->stencil_plane][0] & mask);
     if (mask != largest) {
         const size_t used = strlen(event->right.name);
         snprintf(event->right.name + used, sizeof event->right.name - used, " & %u", mask);

@@ -12,9 +12,9 @@ typedef struct walker {
 } walker;
 
 // Calls a function of the sink, if it has one.
-#define TELL(w, what, ...)                             \
-    do {                                               \
-        if ((w)->sink->what)                           \
+#define TELL(w, what, ...) \
+    do { \
+        if ((w)->sink->what) \
             (w)->sink->what((w)->sink->user, __VA_ARGS__); \
     } while (0)
 
@@ -28,7 +28,8 @@ static bool iteration_wanted(const history *h)
 static bool pass_wanted(const history *h)
 {
     const history_options *options = h->options;
-    return iteration_wanted(h) && (!options->pass || options->pass == (options->iteration ? h->pass_in_iteration : h->pass));
+    return iteration_wanted(h) &&
+           (!options->pass || options->pass == (options->iteration ? h->pass_in_iteration : h->pass));
 }
 
 static void clear(history *h, const step *step)

@@ -65,7 +65,8 @@ void value_text(const history *h, const named_value *value, char text[VALUE_TEXT
         if (value->format == FORMAT_z32f && !reversed)
             snprintf(text, VALUE_TEXT_SIZE, "%s", shortest(words[0], number));
         else
-            snprintf(text, VALUE_TEXT_SIZE, "%.6g (%u)", format_code_to_depth(value->format, words[0], reversed), words[0]);
+            snprintf(text, VALUE_TEXT_SIZE, "%.6g (%u)", format_code_to_depth(value->format, words[0], reversed),
+                     words[0]);
         return;
     case FORMAT_CLASS_UINT: snprintf(text, VALUE_TEXT_SIZE, "%u", words[0]); return;
     case FORMAT_CLASS_FLOAT: snprintf(text, VALUE_TEXT_SIZE, "%s", shortest(words[0], number)); return;

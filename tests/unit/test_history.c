@@ -21,8 +21,8 @@ typedef struct totals {
 } totals;
 
 // Prints the history of one sample as JSON and parses it.
-static json_t *history_json(const program *program, const machine *machine, trace *trace, uint32_t x, uint32_t y, uint32_t sample,
-                            const history_options *options)
+static json_t *history_json(const program *program, const machine *machine, trace *trace, uint32_t x, uint32_t y,
+                            uint32_t sample, const history_options *options)
 {
     char *text = NULL;
     size_t size = 0;
@@ -84,7 +84,8 @@ static void check_event(const program *program, const json_t *event, totals *tot
         assert_true(holds);
     else if (relation && strcmp(relation, "never") == 0)
         assert_false(holds);
-    else if (relation && comparable(json_object_get(event, "left"), &left) && comparable(json_object_get(event, "right"), &right)) {
+    else if (relation && comparable(json_object_get(event, "left"), &left) &&
+             comparable(json_object_get(event, "right"), &right)) {
         totals->tests++;
         if (holds != relation_holds(relation, left, right))
             fail_msg("told to %s: %s", holds ? "hold" : "fail", json_dumps(event, 0));
@@ -99,7 +100,8 @@ static void check_step(const program *program, const json_t *step, totals *total
     size_t j, k;
     const struct totals before = *totals;
     const bool is_list = strcmp(kind, "list_blend") == 0;
-    json_array_foreach(json_object_get(step, "fragments"), j, fragment) {
+    json_array_foreach(json_object_get(step, "fragments"), j, fragment)
+    {
         json_array_foreach(json_object_get(fragment, "events"), k, event) check_event(program, event, totals);
     }
     if (is_list) {
@@ -138,7 +140,8 @@ static void compare_image(const program *program, const machine *machine, const 
     }
     assert_int_equal(totals.composited, run->fragments_composited);
     for (int p = 0; p < program->plane_count; p++)
-        assert_int_equal(totals.written[p] * (uint64_t)format_table[run->planes[p].format].bits / 8, run->planes[p].bytes_written);
+        assert_int_equal(totals.written[p] * (uint64_t)format_table[run->planes[p].format].bits / 8,
+                         run->planes[p].bytes_written);
     result_destroy(run);
     trace_close(trace);
 }
@@ -214,9 +217,11 @@ static uint32_t value_after(const program *program, trace *trace, uint64_t itera
 {
     machine machine;
     uint32_t value[4];
-    const history_options options = {.run = {.threads = 1, .occlusion_ratio = -1}, .pass = pass, .iteration = iteration};
+    const history_options options = {
+        .run = {.threads = 1, .occlusion_ratio = -1}, .pass = pass, .iteration = iteration};
     assert_int_equal(machine_load("programmable", NULL, &machine), STATUS_OK);
-    assert_int_equal(history_plane_value(program, &machine, trace, 0, 0, 0, plane, &options, &printing, value), STATUS_OK);
+    assert_int_equal(history_plane_value(program, &machine, trace, 0, 0, 0, plane, &options, &printing, value),
+                     STATUS_OK);
     return value[0];
 }
 
@@ -235,7 +240,8 @@ static void figure_2_pass_by_pass(void **state)
         uint32_t count;
         const char *plane;
         double depth;
-    } expected[] = {{1, 3, "z_first", 0.3}, {2, 1, "z_before", 0.7}, {3, 251, "z_run", 0.65}, {4, 255, "z_after", 0.55}};
+    } expected[] = {
+        {1, 3, "z_first", 0.3}, {2, 1, "z_before", 0.7}, {3, 251, "z_run", 0.65}, {4, 255, "z_after", 0.55}};
     program *program = small_program("coherent_layer_peel_a");
     small_trace t = small_layers(figure2, sizeof figure2 / sizeof *figure2);
     trace *trace = small_open(&t);
@@ -321,16 +327,18 @@ static void text_fits_a_terminal(void **state)
 
 // ---- What is refused -----------------------------------------------------------------------------------
 
-static void expect_refusal(trace *trace, const program *program, uint32_t x, uint32_t sample, const char *plane, uint64_t pass,
-                           uint64_t iteration, status wanted, const char *said)
+static void expect_refusal(trace *trace, const program *program, uint32_t x, uint32_t sample, const char *plane,
+                           uint64_t pass, uint64_t iteration, status wanted, const char *said)
 {
     machine machine;
     messages messages;
     uint32_t value[4];
-    const history_options options = {.run = {.threads = 1, .occlusion_ratio = -1}, .pass = pass, .iteration = iteration};
+    const history_options options = {
+        .run = {.threads = 1, .occlusion_ratio = -1}, .pass = pass, .iteration = iteration};
     messages_start(&messages);
     assert_int_equal(machine_load("programmable", NULL, &machine), STATUS_OK);
-    assert_int_equal(history_plane_value(program, &machine, trace, x, 0, sample, plane, &options, &messages.report, value), wanted);
+    assert_int_equal(
+        history_plane_value(program, &machine, trace, x, 0, sample, plane, &options, &messages.report, value), wanted);
     assert_string_equal(messages.text, said);
 }
 

@@ -28,7 +28,8 @@ static uint32_t as_bits(float value)
 
 static float random_float(dice *dice)
 {
-    static const float special[] = {__builtin_nanf(""), __builtin_inff(), -__builtin_inff(), -0.0f, 1e-42f, 3e38f, -1.5f, 70000.0f};
+    static const float special[] = {
+        __builtin_nanf(""), __builtin_inff(), -__builtin_inff(), -0.0f, 1e-42f, 3e38f, -1.5f, 70000.0f};
     return dice_chance(dice, 20) ? special[dice_below(dice, 8)] : dice_unit(dice);
 }
 
@@ -37,7 +38,9 @@ static uint32_t random_word(dice *dice, const bound_program *bound, int plane)
     const format format = bound_plane_format(bound, plane);
     switch (format_table[format].class) {
     case FORMAT_CLASS_DEPTH: return format_depth_to_code(format, dice_below(dice, 7) / 6.0, false);
-    case FORMAT_CLASS_UINT: return (dice_chance(dice, 50) ? dice_below(dice, 4) : (uint32_t)dice_next(dice)) & bound_plane_mask(bound, plane);
+    case FORMAT_CLASS_UINT:
+        return (dice_chance(dice, 50) ? dice_below(dice, 4) : (uint32_t)dice_next(dice)) &
+               bound_plane_mask(bound, plane);
     case FORMAT_CLASS_FLOAT: return as_bits(random_float(dice));
     case FORMAT_CLASS_COLOR: break;
     }
@@ -73,7 +76,8 @@ static void run_lanes(const program *program, const bound_program *bound, int ke
         for (int p = 0; p < program->plane_count; p++)
             for (int c = 0; c < 4; c++)
                 sample[p][c] = planes[p][c * TILE_LANES + lane];
-        const fragment_input fragment = {in->depth[lane], {in->rgba[0][lane], in->rgba[1][lane], in->rgba[2][lane], in->rgba[3][lane]},
+        const fragment_input fragment = {in->depth[lane],
+                                         {in->rgba[0][lane], in->rgba[1][lane], in->rgba[2][lane], in->rgba[3][lane]},
                                          in->primitive[lane]};
         fragment_state state = {0};
         stepped stepped;
@@ -89,7 +93,8 @@ static void run_lanes(const program *program, const bound_program *bound, int ke
     }
 }
 
-static void compare_kernel(const program *program, const bound_program *bound, int kernel, const tile_input *in, int bytes)
+static void compare_kernel(const program *program, const bound_program *bound, int kernel, const tile_input *in,
+                           int bytes)
 {
     static _Alignas(64) uint32_t vector_planes[PLANE_MAX][4 * TILE_LANES], lane_planes[PLANE_MAX][4 * TILE_LANES];
     uint64_t vector_counts[WORD_MAX] = {0}, lane_counts[WORD_MAX] = {0};
@@ -113,7 +118,8 @@ static void compare_kernel(const program *program, const bound_program *bound, i
         const bool color = format_table[bound_plane_format(bound, p)].class == FORMAT_CLASS_COLOR;
         if (memcmp(lane_planes[p], vector_planes[p], (color ? 4 : 1) * sizeof vector_planes[p] / 4) != 0) {
             disassemble_bound(program, bound, stdout);
-            fail_msg("kernel '%s', vectors of %d bytes: plane '%s' differs", program->kernels[kernel].name, bytes, program->planes[p].name);
+            fail_msg("kernel '%s', vectors of %d bytes: plane '%s' differs", program->kernels[kernel].name, bytes,
+                     program->planes[p].name);
         }
     }
 }
@@ -170,9 +176,10 @@ static void passes_equal_dispatch(void **state)
 static void step_tells(void **state)
 {
     (void)state;
-    static const char text[] = "program steps\nplane d depth\nplane k rgba\noutput k\nkernel peel\n"
-                               " ld r0, d\n lt p1, r0, z\n@p1 st d, z\n@!p1 ne p2, r0, z\n skip p1, on\n mov r0, 7\non:\n st d, r0\nend\n"
-                               "schedule\n draw transparent with peel\nend\n";
+    static const char text[] =
+        "program steps\nplane d depth\nplane k rgba\noutput k\nkernel peel\n"
+        " ld r0, d\n lt p1, r0, z\n@p1 st d, z\n@!p1 ne p2, r0, z\n skip p1, on\n mov r0, 7\non:\n st d, r0\nend\n"
+        "schedule\n draw transparent with peel\nend\n";
     const rop_limits limits = {.depth_format = FORMAT_z16, .color_format = FORMAT_rgba8, .stencil_bits = 8};
     const float background[4] = {0};
     program *program;
