@@ -42,6 +42,8 @@ status rtest_refuse(const rtest_text *text, int column, const char *format, ...)
 // Strict readers of a word. They need the C locale in force.
 status rtest_read_uint(const rtest_text *text, int word, uint64_t max, uint64_t *value);
 status rtest_read_double(const rtest_text *text, int word, double *value);
+// Makes \n in a word a newline, in place.
+void rtest_unescape(rtest_text *text, int word);
 // One more element of `size` bytes, zeroed; NULL: no memory.
 void *rtest_add(void *array, int *count, size_t size);
 
@@ -165,8 +167,10 @@ void rtest_trace_close(rtest_trace *trace);
 // Writes the fragments that a line `layers ...` stands for; `words` are those of the line.
 status rtest_layers_write(const rtest_text *text, FILE *out, int *line_count);
 
+enum { RTEST_PATH_SIZE = 4096 };
+// `path`: the file where the program's text is, for messages.
 status rtest_program_load(const rtest_file *file, const rtest_case *test, const rtest_source *source,
-                          rtest_messages *messages, program **program);
+                          rtest_messages *messages, char path[RTEST_PATH_SIZE], program **program);
 
 // Results of one program of a case.
 typedef struct rtest_outcome {

@@ -133,9 +133,12 @@ static bool check_float(const expectation *e, int i, double value, rtest_seen *s
 
 static bool check_depth(const expectation *e, format format, uint32_t code, bool reversed, rtest_seen *seen)
 {
+    const double depth = format_code_to_depth(format, code, reversed);
+    if (e->has_tolerance) {
+        snprintf(seen->words[0], sizeof seen->words[0], "%.12g", depth);
+        return is_near(depth, e->values[0], e->tolerance);
+    }
     print_depth(format, code, reversed, seen->words[0]);
-    if (e->has_tolerance)
-        return is_near(format_code_to_depth(format, code, reversed), e->values[0], e->tolerance);
     return code == format_depth_to_code(format, e->values[0], reversed);
 }
 

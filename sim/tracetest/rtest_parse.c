@@ -117,6 +117,8 @@ static status parse_replace(parser *p)
         return rtest_refuse(p->text, 1, "more than %d `replace` of one program", RTEST_REPLACE_MAX);
     if (!p->text->words[1].text[0])
         return rtest_refuse(p->text, p->text->words[1].column, "the text to replace is empty");
+    rtest_unescape(p->text, 1);
+    rtest_unescape(p->text, 2);
     p->test->replace[p->test->replace_count].what = p->text->words[1].text;
     p->test->replace[p->test->replace_count++].with = p->text->words[2].text;
     return STATUS_OK;

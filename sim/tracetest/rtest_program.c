@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PROGRAM_BYTES_MAX = 1 << 20, PATH_SIZE = 4096 };
+enum { PROGRAM_BYTES_MAX = 1 << 20 };
 
 static char *read_program(const char *path, const report *report)
 {
@@ -65,19 +65,19 @@ static char *replace(char *text, const char *what, const char *with, const repor
 }
 
 // A path is seen from the test; a stem of programs/ stands for itself. `path`: where its text is.
-static status load_named(const rtest_file *file, const char *name, const report *report, char path[PATH_SIZE], program **program)
+static status load_named(const rtest_file *file, const char *name, const report *report, char path[RTEST_PATH_SIZE], program **program)
 {
-    char words[PATH_SIZE];
+    char words[RTEST_PATH_SIZE];
     const bool is_path = strpbrk(name, "/.") != NULL;  // no shipped program has a dot in its name
     const status status = rtest_beside(is_path ? file->text.path : "", name, report, words, sizeof words);
-    return status == STATUS_OK ? program_load(words, report, path, PATH_SIZE, program) : status;
+    return status == STATUS_OK ? program_load(words, report, path, RTEST_PATH_SIZE, program) : status;
 }
 
 status rtest_program_load(const rtest_file *file, const rtest_case *test, const rtest_source *source,
-                          rtest_messages *messages, program **program)
+                          rtest_messages *messages, char path[RTEST_PATH_SIZE], program **program)
 {
     const report *report = &messages->report;
-    char path[PATH_SIZE], *text;
+    char *text;
     *program = NULL;
     if (source->name) {
         status status = load_named(file, source->name, report, path, program);
@@ -89,7 +89,7 @@ status rtest_program_load(const rtest_file *file, const rtest_case *test, const 
             return report_error(report, STATUS_REFUSED, "`%s`: `replace` and values of parameters do not go together", source->name);
         text = read_program(path, report);
     } else {
-        snprintf(path, sizeof path, "%s", file->text.path);
+        snprintf(path, RTEST_PATH_SIZE, "%s", file->text.path);
         text = copy_section(file, source);
     }
     for (int i = 0; text && i < test->replace_count; i++)

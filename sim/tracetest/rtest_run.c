@@ -165,10 +165,9 @@ static void check_moment(runner *r, int first, const run_result *run)
 
 static status make_machine(runner *r, machine *machine)
 {
-    enum { PATH_SIZE = 4096 };
     const rtest_settings *settings = &r->test->settings;
     const char *name = settings->machine ? settings->machine : "tiny";
-    char path[PATH_SIZE];
+    char path[RTEST_PATH_SIZE];
     const size_t length = strlen(name);
     const bool is_path = strchr(name, '/') || (length > 5 && strcmp(name + length - 5, ".yaml") == 0);
     status status = STATUS_OK;
@@ -206,12 +205,13 @@ static status run_program(runner *r, const rtest_source *source)
     program *program = NULL;
     machine machine = {0};
     rop_limits limits;
-    status status = rtest_program_load(r->file, r->test, source, &r->messages, &program);
+    char path[RTEST_PATH_SIZE];
+    status status = rtest_program_load(r->file, r->test, source, &r->messages, path, &program);
     if (status == STATUS_OK)
         status = make_machine(r, &machine);
     if (status == STATUS_OK) {
         machine_limits(&machine, &limits);
-        status = verify_program(program, source->name ? source->name : r->file->text.path, &limits, &r->messages.report);
+        status = verify_program(program, path, &limits, &r->messages.report);
     }
     if (status == STATUS_OK)
         status = replay_moments(r, program, &machine);

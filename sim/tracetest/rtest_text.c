@@ -191,6 +191,17 @@ status rtest_read_double(const rtest_text *text, int word, double *value)
     return STATUS_OK;
 }
 
+void rtest_unescape(rtest_text *text, int word)
+{
+    char *from = text->scratch + (text->words[word].text - text->scratch), *to = from;
+    for (; *from; from++) {
+        const bool newline = from[0] == '\\' && from[1] == 'n';
+        *to++ = newline ? '\n' : *from;
+        from += newline;
+    }
+    *to = 0;
+}
+
 void *rtest_add(void *array, int *count, size_t size)
 {
     const size_t used = (size_t)*count;

@@ -113,8 +113,7 @@ static status open_inline(const rtest_file *file, const rtest_source *source, rt
 
 status rtest_trace_open(const rtest_file *file, const rtest_source *source, rtest_messages *messages, rtest_trace *trace)
 {
-    enum { PATH_SIZE = 4096 };
-    char path[PATH_SIZE];
+    char path[RTEST_PATH_SIZE];
     *trace = (rtest_trace){0};
     if (!source->name)
         return open_inline(file, source, messages, trace);
