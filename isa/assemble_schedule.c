@@ -156,14 +156,17 @@ static bool read_query(assembler *assembler, step *step)
     return true;
 }
 
-// Closes the innermost block: `while` a `repeat`, `end` an `if` or `batches`.
+// Closes the innermost block: `while` a `repeat`, `end` an `if` or `batches`; also if it is the wrong one, so that one
+// mistake gives one message.
 static bool close_block(assembler *assembler, int *open, int *depth, bool is_while, token at)
 {
     program *program = assembler->program;
     step *steps = program->steps, *end = &steps[program->step_count];
     const step_kind kind = *depth > 0 ? steps[open[*depth - 1]].kind : STEP_END;
-    if (*depth == 0 || is_while != (kind == STEP_REPEAT))
+    if (*depth == 0 || is_while != (kind == STEP_REPEAT)) {
+        *depth -= *depth > 0;
         return lex_error(&assembler->lex, at, is_while ? "'while' without 'repeat'" : "'end' inside 'repeat': close it with 'while'");
+    }
     const int start = open[--*depth];
     if (kind == STEP_BATCHES) {
         end->kind = STEP_END_BATCHES;

@@ -22,7 +22,7 @@ done
 
 sed 's/^planes_max: 5/planes_max: 5k/; s/^opcodes/opcode/' "$work/printed.yaml" >"$work/broken.yaml"
 expect 1 "broken.yaml:8:1: unknown key \`opcode\`; did you mean \`opcodes\`?" machine "$work/broken.yaml"
-expect 1 "broken.yaml:9:13: planes_max is \`5k\`, but must be an integer from 1 to 32 (planes)" machine "$work/broken.yaml"
+expect 1 "broken.yaml:10:13: planes_max is \`5k\`, but must be an integer from 1 to 32 (planes)" machine "$work/broken.yaml"
 expect 1 "missing key opcodes" machine "$work/broken.yaml"
 
 # ROPSIM_DATA comes before what the command was built from.

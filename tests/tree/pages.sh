@@ -15,7 +15,7 @@ if ! diff <(grep -E '^\| [0-9]+ \| `' "$source_folder/docs/isa.md") "$2/isa_rows
     exit 1
 fi
 # Its worked example is a program, and every shipped program is explained.
-awk '/^    program /{on=1} on && /^    ropsim /{exit} on{sub(/^    /, ""); print}' "$source_folder/docs/isa.md" >"$2/example.rop"
+awk '/^\*An algorithm\*/{seen=1} seen && /^    program /{on=1} on && /^    ropsim /{exit} on{sub(/^    /, ""); print}' "$source_folder/docs/isa.md" >"$2/example.rop"
 "$ropsim" verify "$2/example.rop" --machine programmable || exit 1
 for file in "$source_folder"/programs/*.rop; do
     name=$(basename "$file" .rop)

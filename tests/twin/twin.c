@@ -27,6 +27,10 @@ static void clear(twin *twin, const step *step)
     twin_plane *plane = &twin->result->planes[step->plane];
     const format format = twin->formats[step->plane];
     uint32_t value[4] = {twin_value(twin, &step->value) & twin->largest[step->plane]};
+    if (step->value.kind == VALUE_BATCH_NEAR)
+        value[0] = twin->batches.near_code[twin->batches.current];
+    if (step->value.kind == VALUE_BATCH_FAR)
+        value[0] = twin->batches.far_code[twin->batches.current];
     if (step->value.kind == VALUE_FAR && step->value.format < 0 && format_table[format].class == FORMAT_CLASS_DEPTH)
         value[0] = twin_far(format);  // plain `far` is the plane's own farthest code
     const float *rgba = step->value.kind == VALUE_BACKGROUND ? twin->image->background : step->value.rgba;
@@ -71,7 +75,7 @@ static void count_pass(twin *twin, uint8_t classes)
         return;
     }
     bool counted[CLASS_COUNT] = {[CLASS_TRANSPARENT] = classes & DRAW_UNSORTED, [CLASS_SORTED] = classes & DRAW_SORTED};
-    if (classes == DRAW_TRANSPARENT) {
+    if (classes == DRAW_TRANSPARENT || classes == DRAW_BATCH) {
         counted[CLASS_SORTED] = has_draw(twin->image, CLASS_SORTED);
         counted[CLASS_TRANSPARENT] = has_draw(twin->image, CLASS_TRANSPARENT) || !counted[CLASS_SORTED];
     }
@@ -95,7 +99,9 @@ static void draw(twin *twin, const step *step)
     for (uint32_t i = 0; i < twin->image->fragment_count; i++) {
         const twin_fragment *fragment = &twin->image->fragments[i];
         const uint64_t sample = twin_sample(twin->image, fragment);
-        if (!(step->classes >> twin->image->classes[fragment->draw] & 1))
+        const bool drawn = step->classes == DRAW_BATCH ? twin->batches.drawn[twin->batches.current][fragment->draw]
+                                                       : step->classes >> twin->image->classes[fragment->draw] & 1;
+        if (!drawn)
             continue;
         twin->result->fragments_replayed += step->classes != DRAW_OPAQUE;
         run_kernel(twin, step, sample, fragment);
@@ -133,6 +139,20 @@ static void run_schedule(twin *twin, uint64_t max_iterations, double occlusion_r
         }
         case STEP_IF:
             if (twin->queries[step->query] == 0)
+                s = step->target;
+            break;
+        case STEP_LIST:
+            count_pass(twin, step->classes);
+            twin->result->fullscreen_passes++;
+            twin_list(twin, step);
+            break;
+        case STEP_BATCHES:
+            twin_make_batches(twin, step->entries);
+            if (twin->batches.count == 0)
+                s = step->target;
+            break;
+        case STEP_END_BATCHES:
+            if (++twin->batches.current < twin->batches.count)
                 s = step->target;
             break;
         case STEP_END: break;

@@ -39,7 +39,7 @@ typedef struct twin_plane {
 typedef struct twin_result {
     uint64_t geometry_passes, passes_by_class[CLASS_COUNT], fullscreen_passes, iterations;
     bool iteration_limit_reached;
-    uint64_t fragments_replayed, fragments_composited, deepest_sample;
+    uint64_t fragments_replayed, fragments_composited, deepest_sample, list_kept, list_lost;
     twin_plane planes[PLANE_MAX];
     int plane_count;
     float *sample_rgb, *image;
@@ -57,6 +57,12 @@ bool twin_compare(const program *program, const twin_result *twin, const run_res
 
 // ---- Between the twin's files --------------------------------------------------------------------------
 
+typedef struct twin_batches {
+    uint32_t near_code[TWIN_DRAW_MAX], far_code[TWIN_DRAW_MAX];  // of each batch
+    bool drawn[TWIN_DRAW_MAX][TWIN_DRAW_MAX];                    // batch, draw
+    uint32_t count, current;
+} twin_batches;
+
 typedef struct twin {
     const program *program;
     const rop_limits *limits;
@@ -65,8 +71,13 @@ typedef struct twin {
     format formats[PLANE_MAX];
     uint32_t largest[PLANE_MAX];  // all value bits of a plane
     uint64_t queries[QUERY_MAX];
+    twin_batches batches;         // of the `batches` that the schedule is in
     twin_result *result;
 } twin;
+
+// Makes the batches of a `batches` step, and runs a `list` step (twin_draws.c).
+void twin_make_batches(twin *twin, uint32_t draws_each);
+void twin_list(twin *twin, const step *step);
 
 // One fragment through a kernel's words; `fragment` NULL in a full-screen pass (twin_kernel.c).
 void twin_kernel(twin *twin, const kernel_decl *kernel, uint64_t sample, const twin_fragment *fragment);

@@ -87,6 +87,8 @@ uint32_t twin_value(const twin *twin, const value *value)
     case VALUE_NEAR: return 0;
     case VALUE_FAR: return twin_far(value->format < 0 ? twin->limits->depth_format : (format)value->format);
     case VALUE_STENCIL_MAX: return (1u << twin->limits->stencil_bits) - 1;
+    case VALUE_BATCH_NEAR:
+    case VALUE_BATCH_FAR:
     case VALUE_BACKGROUND:
     case VALUE_RGBA: break;
     }

@@ -25,6 +25,8 @@ static bool same_counts(const twin_result *twin, const run_result *run, char dif
     SAME(fragments_replayed);
     SAME(fragments_composited);
     SAME(deepest_sample);
+    SAME(list_kept);
+    SAME(list_lost);
     for (int c = 0; c < CLASS_COUNT; c++)
         if (run->passes_by_class[c] != twin->passes_by_class[c])
             return differ(difference, "passes_by_class", draw_class_names[c], 0, run->passes_by_class[c],

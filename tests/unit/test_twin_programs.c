@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+#include <string.h>
 
 enum { PROGRAM_MAX = 64, USUAL_COUNT = 60 };
 
@@ -27,10 +28,10 @@ static void run_programs(const char *machine_name)
     const int count = data_names("programs", ".rop", names, PROGRAM_MAX);
     assert_true(count >= 4);
     for (int p = 0; p < count; p++) {
-        char file[NAME_SIZE + 8], path[4096];
-        snprintf(file, sizeof file, "%.63s.rop", names[p]);
-        assert_int_equal(data_path("programs", file, path, sizeof path), STATUS_OK);
-        assert_int_equal(assemble_file(path, NULL, &programs[p]), STATUS_OK);
+        char path[4096], words[NAME_SIZE + 16];
+        // Lists of two, so that some overflow.
+        snprintf(words, sizeof words, "%.63s%s", names[p], strcmp(names[p], "a_buffer") == 0 ? ",entries=2" : "");
+        assert_int_equal(program_load(words, NULL, path, sizeof path, &programs[p]), STATUS_OK);
     }
     for (uint32_t i = 0; i < test_count(USUAL_COUNT); i++) {
         dice dice = {(test_seed() << 32) + i};
@@ -69,12 +70,19 @@ static void tiny_equals_twin(void **state)
     run_programs("tiny");
 }
 
+static void abuffer_equals_twin(void **state)
+{
+    (void)state;
+    run_programs("abuffer");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(programmable_equals_twin),
         cmocka_unit_test(g80_equals_twin),
         cmocka_unit_test(tiny_equals_twin),
+        cmocka_unit_test(abuffer_equals_twin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
