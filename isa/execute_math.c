@@ -1,25 +1,12 @@
 // Scalar operations that have no vector form. Own arithmetic instead of the C library's powf, whose last
 // bit depends on the library's version and the processor.
 #include "execute_math.h"
+#include "float_bits.h"
 
 #include <math.h>
 #include <string.h>
 
 static const uint32_t QUIET_NAN = 0x7fc00000u;  // the only one that arithmetic makes
-
-static float as_float(uint32_t bits)
-{
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static uint32_t as_bits(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
 
 // log2 of a finite x > 0, to about 1e-16 relative: x = 2^e m with m in [sqrt 1/2, sqrt 2), and the
 // series of log((1 + t) / (1 - t)) with t = (m - 1) / (m + 1), |t| < 0.172.
@@ -50,21 +37,21 @@ static double exp2_of(double y)
 
 uint32_t execute_fpow(uint32_t a, uint32_t b)
 {
-    const double x = (double)as_float(a), y = (double)as_float(b);
+    const double x = (double)bits_float(a), y = (double)bits_float(b);
     if (y == 0.0 || x == 1.0)
-        return as_bits(1.0f);
+        return float_bits(1.0f);
     if (isnan(x) || isnan(y) || x < 0.0)
         return QUIET_NAN;
     if (x == 0.0 || isinf(x) || isinf(y))
-        return as_bits((x < 1.0) == (y > 0.0) ? 0.0f : INFINITY);
+        return float_bits((x < 1.0) == (y > 0.0) ? 0.0f : INFINITY);
     double power = y * log2_of(x);
     power = power > 1000.0 ? 1000.0 : power < -1000.0 ? -1000.0 : power;
-    return as_bits((float)exp2_of(power));
+    return float_bits((float)exp2_of(power));
 }
 
 uint32_t execute_ftou(uint32_t a)
 {
-    const float value = as_float(a);
+    const float value = bits_float(a);
     if (!(value > 0.0f))
         return 0;
     return value >= 4294967296.0f ? UINT32_MAX : (uint32_t)value;
@@ -72,11 +59,11 @@ uint32_t execute_ftou(uint32_t a)
 
 uint32_t execute_utof(uint32_t a)
 {
-    return as_bits((float)a);
+    return float_bits((float)a);
 }
 
 uint32_t execute_ztof(format format, uint32_t code, bool reversed)
 {
     const float depth = (float)format_code_to_depth(format, code, reversed);
-    return isnan(depth) ? QUIET_NAN : as_bits(depth);  // a z32f code may be any bits
+    return isnan(depth) ? QUIET_NAN : float_bits(depth);  // a z32f code may be any bits
 }

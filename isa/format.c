@@ -2,26 +2,10 @@
 //
 // Depth is quantised in double arithmetic: in float, `d * 16777215 + 0.5f` misrounds a quarter of all
 // 24-bit codes, since 0.5 is not representable above 2^23.
+#include "float_bits.h"
 #include "isa.h"
 
-#include <math.h>
-#include <string.h>
-
 static const uint32_t FLOAT_ONE = 0x3f800000u;
-
-static uint32_t float_bits(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
-static float bits_float(uint32_t bits)
-{
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
 
 uint32_t format_far_code(format format)
 {

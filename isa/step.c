@@ -5,6 +5,7 @@
 #include "bind.h"
 
 #include "execute_math.h"
+#include "float_bits.h"
 
 #include <math.h>
 #include <string.h>
@@ -17,23 +18,9 @@ typedef struct stepper {
     stepped *out;
 } stepper;
 
-static float as_float(uint32_t bits)
-{
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static uint32_t as_bits(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
 static float canonical(float value)
 {
-    return isnan(value) ? as_float(0x7fc00000u) : value;
+    return isnan(value) ? bits_float(0x7fc00000u) : value;
 }
 
 static bool predicate(const stepper *s, int field)
@@ -61,7 +48,7 @@ static void color(const stepper *s, int source, uint32_t value[4])
     const bool fragment = source == SOURCE_FRAGMENT_COLOR || source == SOURCE_FRAGMENT_PREMUL;
     const float *from = fragment ? s->fragment->rgba : s->state->colors[source - SOURCE_COLOR];
     for (int c = 0; c < 4; c++)
-        value[c] = as_bits(source == SOURCE_FRAGMENT_PREMUL && c < 3 ? canonical(from[c] * from[3]) : from[c]);
+        value[c] = float_bits(source == SOURCE_FRAGMENT_PREMUL && c < 3 ? canonical(from[c] * from[3]) : from[c]);
 }
 
 // Whether the instruction's d or a is a colour where the opcode takes either kind.
@@ -97,8 +84,8 @@ static void write_color(stepper *s, int d, const uint32_t value[4])
 {
     float *to = s->state->colors[d - SOURCE_COLOR];
     for (int c = 0; c < 4; c++) {
-        s->out->before[c] = as_bits(to[c]);
-        to[c] = as_float(s->out->after[c] = value[c]);
+        s->out->before[c] = float_bits(to[c]);
+        to[c] = bits_float(s->out->after[c] = value[c]);
     }
 }
 
@@ -123,7 +110,7 @@ static void write_plane(stepper *s, instruction i, const uint32_t value[4])
     for (int c = 0; c < components; c++) {
         s->out->before[c] = plane[c];
         plane[c] = components == 1 ? value[c] & s->bound->plane_masks[i.d]
-                                   : as_bits(format_round_component(s->bound->plane_formats[i.d], as_float(value[c])));
+                                   : float_bits(format_round_component(s->bound->plane_formats[i.d], bits_float(value[c])));
         s->out->after[c] = plane[c];
     }
 }
@@ -135,12 +122,12 @@ static void blend(stepper *s, instruction i)
     float source[4], destination[4], blended[4];
     uint32_t value[4];
     for (int c = 0; c < 4; c++) {
-        source[c] = as_float(s->out->a[c]);
-        destination[c] = as_float(s->out->b[c]);
+        source[c] = bits_float(s->out->a[c]);
+        destination[c] = bits_float(s->out->b[c]);
     }
     blend_color(&s->bound->source->blends[i.c], source, destination, blended);
     for (int c = 0; c < 4; c++)
-        value[c] = as_bits(blended[c]);
+        value[c] = float_bits(blended[c]);
     write_color(s, i.d, value);
 }
 
@@ -157,7 +144,7 @@ static void put_component(stepper *s, instruction i, uint32_t component)
 static void execute(stepper *s, instruction i)
 {
     const uint32_t *const va = s->out->a, *const vb = s->out->b, a = va[0], b = vb[0];
-    const float fa = as_float(a), fb = as_float(b);
+    const float fa = bits_float(a), fb = bits_float(b);
     switch (i.op) {
     case OP_ld:
     case OP_tex:
@@ -179,10 +166,10 @@ static void execute(stepper *s, instruction i)
     case OP_xor: write_scalar(s, i.d, a ^ b); break;
     case OP_min: write_scalar(s, i.d, a < b ? a : b); break;
     case OP_max: write_scalar(s, i.d, a < b ? b : a); break;
-    case OP_fadd: write_scalar(s, i.d, as_bits(canonical(fa + fb))); break;
-    case OP_fsub: write_scalar(s, i.d, as_bits(canonical(fa - fb))); break;
-    case OP_fmul: write_scalar(s, i.d, as_bits(canonical(fa * fb))); break;
-    case OP_fdiv: write_scalar(s, i.d, as_bits(canonical(fa / fb))); break;
+    case OP_fadd: write_scalar(s, i.d, float_bits(canonical(fa + fb))); break;
+    case OP_fsub: write_scalar(s, i.d, float_bits(canonical(fa - fb))); break;
+    case OP_fmul: write_scalar(s, i.d, float_bits(canonical(fa * fb))); break;
+    case OP_fdiv: write_scalar(s, i.d, float_bits(canonical(fa / fb))); break;
     case OP_fpow: write_scalar(s, i.d, execute_fpow(a, b)); break;
     case OP_ftou: write_scalar(s, i.d, execute_ftou(a)); break;
     case OP_utof: write_scalar(s, i.d, execute_utof(a)); break;

@@ -1,12 +1,12 @@
 // What a program costs against C written by hand: the ideal program's replay and native_ideal.c take turns
 // over the same bins, on one thread; the least time of each counts, and only their ratio means anything on a
 // machine that does other things as well. The images must be equal, bit for bit.
+#include "expand.h"
 #include "native_ideal.h"
 #include "replay.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 typedef struct bench {
     trace *trace;
@@ -21,13 +21,6 @@ typedef struct bench {
     uint32_t deepest;      // batches of the deepest tile
     float *sample_rgb;
 } bench;
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 static native_tile_run *select_native(int vector_bytes)
 {
@@ -61,13 +54,6 @@ static status prepare(bench *b)
     return b->batches && b->lanes && b->sample_rgb ? STATUS_OK : report_error(b->report, STATUS_IO, "out of memory");
 }
 
-static void spread(uint32_t *lanes_out, const void *dense, uint64_t lanes)
-{
-    const uint32_t *from = dense;
-    for (; lanes; lanes &= lanes - 1)
-        lanes_out[__builtin_ctzll(lanes)] = *from++;
-}
-
 static void spread_batch(const bench *b, const bin_batch *from, native_batch *to, uint32_t *lanes)
 {
     to->lanes = from->lanes;
@@ -77,10 +63,10 @@ static void spread_batch(const bench *b, const bin_batch *from, native_batch *to
     if (from->lanes == UINT64_MAX)
         return;
     memset(lanes, 0, 5 * TILE_LANES * sizeof *lanes);
-    spread(lanes, to->depth, from->lanes);
+    expand_lanes(lanes, to->depth, from->lanes);
     to->depth = lanes;
     for (int c = 0; c < 4; c++) {
-        spread(lanes + (c + 1) * TILE_LANES, to->rgba[c], from->lanes);
+        expand_lanes(lanes + (c + 1) * TILE_LANES, to->rgba[c], from->lanes);
         to->rgba[c] = (const float *)(const void *)(lanes + (c + 1) * TILE_LANES);
     }
 }
@@ -89,7 +75,7 @@ static void spread_batch(const bench *b, const bin_batch *from, native_batch *to
 static double run_native(bench *b, uint64_t *visits)
 {
     run_result view = {.width = b->info->width, .height = b->info->height, .samples = b->info->samples, .sample_rgb = b->sample_rgb};
-    const double start = now();
+    const double start = seconds_now();
     *visits = 0;
     for (uint32_t t = 0; t < b->tiling.tile_count; t++) {
         const bin *bin = &b->bins.bins[t];
@@ -104,13 +90,13 @@ static double run_native(bench *b, uint64_t *visits)
         *visits += fragments * b->native(b->batches, bin->opaque_count, count, b->info->background, rgb);
         resolve_store(&b->tiling, t, tiling_valid_lanes(&b->tiling, t), rgb, &view);
     }
-    return now() - start;
+    return seconds_now() - start;
 }
 
 // Reads every column of the bins once: what the memory delivers to a loop that does nothing else.
 static double read_columns(const bench *b, uint64_t *sum)
 {
-    const double start = now();
+    const double start = seconds_now();
     const uint32_t tiles = b->tiling.tile_count;
     for (uint32_t t = 0; t < tiles; t++) {
         const bin *bin = &b->bins.bins[t];
@@ -124,7 +110,7 @@ static double read_columns(const bench *b, uint64_t *sum)
                     *sum += ((const uint32_t *)(const void *)b->bins.rgba[c])[from->offset + (uint64_t)i];
         }
     }
-    return now() - start;
+    return seconds_now() - start;
 }
 
 static double least(double a, double b)

@@ -58,7 +58,7 @@ void expander_start(expander *e, const bins *bins, const bin *bin)
     e->visit++;
 }
 
-static void spread(uint32_t *lanes_out, const void *dense, uint64_t lanes)
+void expand_lanes(uint32_t *lanes_out, const void *dense, uint64_t lanes)
 {
     const uint32_t *from = dense;
     for (; lanes; lanes &= lanes - 1)
@@ -73,19 +73,19 @@ static void point_at(expander *e, const bin_batch *from, uint32_t *slot, bool fi
         if (!e->formats[f])
             continue;
         if (fill)
-            spread(slot, bins->codes[f] + from->offset, from->lanes);
+            expand_lanes(slot, bins->codes[f] + from->offset, from->lanes);
         e->batch.depth[f] = slot ? slot : bins->codes[f] + from->offset;
         slot = slot ? slot + TILE_LANES : NULL;
     }
     if (e->primitive) {
         if (fill)
-            spread(slot, bins->primitive + from->offset, from->lanes);
+            expand_lanes(slot, bins->primitive + from->offset, from->lanes);
         e->batch.primitive = slot ? slot : bins->primitive + from->offset;
         slot = slot ? slot + TILE_LANES : NULL;
     }
     for (int c = 0; e->color && c < 4; c++) {
         if (fill)
-            spread(slot, bins->rgba[c] + from->offset, from->lanes);
+            expand_lanes(slot, bins->rgba[c] + from->offset, from->lanes);
         e->batch.rgba[c] = slot ? (const float *)(const void *)slot : bins->rgba[c] + from->offset;
         slot = slot ? slot + TILE_LANES : NULL;
     }

@@ -4,6 +4,9 @@
 
 #include "replay.h"
 
+// Puts dense 32-bit values at the lanes of a mask; other lanes stay.
+void expand_lanes(uint32_t *lanes_out, const void *dense, uint64_t lanes);
+
 typedef struct expander expander;
 expander *expander_create(const bound_program *bound);
 void expander_destroy(expander *expander);

@@ -1,9 +1,10 @@
-// A count in, calls from several threads out. Each thread takes the next index when it is free.
+// A count in, calls from several threads out: each thread takes the next index when it is free. And the clock that times them.
 #include "replay.h"
 
 #include <pthread.h>
 #include <sched.h>
 #include <stdlib.h>
+#include <time.h>
 
 enum { THREAD_MAX = 256 };
 
@@ -42,4 +43,11 @@ void parallel_for(int threads, uint32_t count, void (*body)(void *context, int t
     work(&job);
     for (int i = 0; i < started_count; i++)
         pthread_join(started[i], NULL);
+}
+
+double seconds_now(void)
+{
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }

@@ -7,7 +7,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static const uint64_t DEFAULT_MEMORY = 4ull << 30;
 
@@ -37,13 +36,6 @@ typedef struct replay {
     run_result *result;
     double seconds;
 } replay;
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 static uint32_t tile_depth(const replay *r, uint32_t t)
 {
@@ -170,9 +162,9 @@ static status run_band(replay *r, uint32_t first, uint32_t end)
     status = load_band(r, first, end);
     if (status != STATUS_OK)
         return status;
-    const double start = now();
+    const double start = seconds_now();
     parallel_for(r->threads, r->order_count, run_one, r);
-    r->seconds += now() - start;
+    r->seconds += seconds_now() - start;
     return atomic_load(&r->failed) ? report_error(r->report, STATUS_IO, "out of memory: conditions of loops") : STATUS_OK;
 }
 

@@ -159,6 +159,7 @@ bool tile_run(worker *worker, tile *tile, const bins *bins, const bin *bin);
 
 // Calls body(context, thread, i) for each i below count, from up to `threads` threads at once.
 void parallel_for(int threads, uint32_t count, void (*body)(void *context, int thread, uint32_t i), void *context);
+double seconds_now(void);    // of a clock that only goes forward
 int parallel_default(void);  // processors that this process may use
 
 // ---- After the replay ----------------------------------------------------------------------------------
