@@ -22,11 +22,11 @@ typedef struct rtest_word {
 typedef struct rtest_text {
     const char *path;
     const report *report;
-    char *bytes;       // the file, with a NUL behind it
-    char *scratch;     // a copy that words point into
+    char *bytes;    // the file, with a NUL behind it
+    char *scratch;  // a copy that words point into
     size_t size;
-    size_t next;       // offset of the line to come
-    int line;          // number of the current line, from 1
+    size_t next;  // offset of the line to come
+    int line;     // number of the current line, from 1
     rtest_word words[RTEST_WORDS_MAX];
     int word_count;
 } rtest_text;
@@ -74,7 +74,10 @@ typedef enum relation { RELATION_EQUAL, RELATION_LESS, RELATION_AT_MOST, RELATIO
 
 // The moment that an expectation looks at: the end, or right after a pass or an iteration.
 typedef enum moment_kind { MOMENT_END, MOMENT_PASS, MOMENT_ITERATION } moment_kind;
-typedef struct moment { moment_kind kind; uint64_t number; } moment;
+typedef struct moment {
+    moment_kind kind;
+    uint64_t number;
+} moment;
 
 enum { RTEST_VALUES_MAX = 4, RTEST_FIGURE_SIZE = 32 };
 
@@ -86,7 +89,7 @@ typedef struct expectation {
     const char *plane, *text;
     uint32_t x, y, sample;
     bool has_sample;
-    uint64_t count;                   // FORM_COUNT, FORM_BYTES
+    uint64_t count;  // FORM_COUNT, FORM_BYTES
     double values[RTEST_VALUES_MAX];
     int value_count;
     rtest_word figures[RTEST_VALUES_MAX];  // the words that --bless may replace
@@ -97,8 +100,8 @@ typedef struct expectation {
 
 // Text that stands in the file, or the name of a file.
 typedef struct rtest_source {
-    const char *name;   // NULL: in the file
-    int line;           // of its keyword; the text begins in the line after it
+    const char *name;  // NULL: in the file
+    int line;          // of its keyword; the text begins in the line after it
     size_t begin, end;
 } rtest_source;
 
@@ -118,7 +121,9 @@ typedef struct rtest_case {
     int trace;  // in rtest_file.traces
     rtest_source programs[RTEST_PROGRAMS_MAX];
     int program_count;
-    struct { const char *what, *with; } replace[RTEST_REPLACE_MAX];
+    struct {
+        const char *what, *with;
+    } replace[RTEST_REPLACE_MAX];
     int replace_count;
     rtest_settings settings;
     int first_expectation, expectation_count;
@@ -149,7 +154,7 @@ typedef struct rtest_messages {
     char text[8192];
     bool warned;
     const char *test_path, *temporary_path;
-    const int *source_lines;    // of each line of the temporary file, from 1
+    const int *source_lines;  // of each line of the temporary file, from 1
     int source_line_count;
     report report;
 } rtest_messages;
@@ -162,7 +167,8 @@ typedef struct rtest_trace {
     int *source_lines;
 } rtest_trace;
 
-status rtest_trace_open(const rtest_file *file, const rtest_source *source, rtest_messages *messages, rtest_trace *trace);
+status rtest_trace_open(const rtest_file *file, const rtest_source *source, rtest_messages *messages,
+                        rtest_trace *trace);
 void rtest_trace_close(rtest_trace *trace);
 // Writes the fragments that a line `layers ...` stands for; `words` are those of the line.
 status rtest_layers_write(const rtest_text *text, FILE *out, int *line_count);
@@ -192,12 +198,12 @@ typedef struct rtest_blessing {
 
 typedef struct rtest_result {
     const char *path;
-    char *refused;              // why the file is no test; NULL: it is one
+    char *refused;  // why the file is no test; NULL: it is one
     rtest_outcome *outcomes;
     int outcome_count;
     rtest_blessing *blessings;
     int blessing_count;
-    int blessed;                // figures replaced in the file
+    int blessed;  // figures replaced in the file
 } rtest_result;
 
 // Runs all cases of a file. Failures are in the result; STATUS_IO: memory ran out.

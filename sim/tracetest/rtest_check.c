@@ -43,9 +43,13 @@ static bool compare_figures(const expectation *e, double seen)
 static uint64_t count_of(expect_kind kind, const run_result *r)
 {
     switch (kind) {
-#define EXPECT_COUNT(name, value, meaning) case EXPECT_##name: return value;
+#define EXPECT_COUNT(name, value, meaning) \
+    case EXPECT_##name: \
+        return value;
 #define EXPECT_FIGURE(name, value, meaning)
-#define EXPECT_FLAG(name, value, meaning) case EXPECT_##name: return value;
+#define EXPECT_FLAG(name, value, meaning) \
+    case EXPECT_##name: \
+        return value;
 #define EXPECT_BYTES(name, field, meaning)
 #define EXPECT_VALUES(name, arguments, meaning)
 #define EXPECT_TEXT(name, meaning)
@@ -58,7 +62,9 @@ static double figure_of(expect_kind kind, const run_result *r)
 {
     switch (kind) {
 #define EXPECT_COUNT(name, value, meaning)
-#define EXPECT_FIGURE(name, value, meaning) case EXPECT_##name: return value;
+#define EXPECT_FIGURE(name, value, meaning) \
+    case EXPECT_##name: \
+        return value;
 #define EXPECT_FLAG(name, value, meaning)
 #define EXPECT_BYTES(name, field, meaning)
 #define EXPECT_VALUES(name, arguments, meaning)
@@ -74,7 +80,9 @@ static uint64_t bytes_of(expect_kind kind, const plane_result *plane)
 #define EXPECT_COUNT(name, value, meaning)
 #define EXPECT_FIGURE(name, value, meaning)
 #define EXPECT_FLAG(name, value, meaning)
-#define EXPECT_BYTES(name, field, meaning) case EXPECT_##name: return plane->field;
+#define EXPECT_BYTES(name, field, meaning) \
+    case EXPECT_##name: \
+        return plane->field;
 #define EXPECT_VALUES(name, arguments, meaning)
 #define EXPECT_TEXT(name, meaning)
 #include "expectations.def"
@@ -175,13 +183,14 @@ static void check_plane(const expectation *e, const run_result *run, bool revers
 static void check_values(const expectation *e, const run_result *run, bool reversed, rtest_seen *seen)
 {
     if (e->x >= run->width || e->y >= run->height || e->sample >= run->samples) {
-        snprintf(seen->problem, sizeof seen->problem, "the trace has %u x %u pixels of %u sample%s, counted from 0", run->width,
-                 run->height, run->samples, run->samples > 1 ? "s" : "");
+        snprintf(seen->problem, sizeof seen->problem, "the trace has %u x %u pixels of %u sample%s, counted from 0",
+                 run->width, run->height, run->samples, run->samples > 1 ? "s" : "");
         return;
     }
     const size_t pixel = (size_t)e->y * run->width + e->x, sample = pixel * run->samples + e->sample;
     if (e->kind == EXPECT_plane && run->samples > 1 && !e->has_sample) {
-        snprintf(seen->problem, sizeof seen->problem, "the trace has %u samples a pixel; `sample S` is missing", run->samples);
+        snprintf(seen->problem, sizeof seen->problem, "the trace has %u samples a pixel; `sample S` is missing",
+                 run->samples);
         return;
     }
     if (e->kind == EXPECT_plane) {

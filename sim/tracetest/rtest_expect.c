@@ -30,7 +30,8 @@ static status find_kind(const rtest_text *text, int word, expect_kind *kind)
             return STATUS_OK;
     }
     const char *meant = nearest_word(text->words[word].text, names, EXPECT_KIND_COUNT);
-    return rtest_refuse(text, text->words[word].column, "nothing called `%.40s` can be expected; %s%s%s`ropsim test --expectations` lists all",
+    return rtest_refuse(text, text->words[word].column,
+                        "nothing called `%.40s` can be expected; %s%s%s`ropsim test --expectations` lists all",
                         text->words[word].text, meant ? "did you mean `" : "", meant ? meant : "", meant ? "`? " : "");
 }
 
@@ -68,7 +69,8 @@ static status parse_values(const rtest_text *text, int *at, expectation *e)
     if (plane && *at < text->word_count)
         e->plane = text->words[(*at)++].text;
     status status = parse_place(text, at, e);
-    while (status == STATUS_OK && *at < text->word_count && e->value_count < RTEST_VALUES_MAX && !is_clause(text, *at)) {
+    while (status == STATUS_OK && *at < text->word_count && e->value_count < RTEST_VALUES_MAX &&
+           !is_clause(text, *at)) {
         // far stands for depth 1 and near for depth 0, which every depth format holds exactly.
         e->figures[e->value_count] = text->words[*at];
         if (plane && word_is(text, *at, "far"))
@@ -81,7 +83,8 @@ static status parse_values(const rtest_text *text, int *at, expectation *e)
     if (status == STATUS_OK && !plane && e->value_count != 3)
         return rtest_refuse(text, 0, "a pixel has three values; expected expect pixel X Y  R G B");
     if (status == STATUS_OK && plane && e->value_count != 1 && e->value_count != 4)
-        return rtest_refuse(text, 0, "a plane has one value, a colour plane four; expected expect plane NAME X Y  VALUE or R G B A");
+        return rtest_refuse(
+            text, 0, "a plane has one value, a colour plane four; expected expect plane NAME X Y  VALUE or R G B A");
     return status;
 }
 
@@ -92,7 +95,8 @@ static status parse_after(const rtest_text *text, int at, expectation *e)
     else if (word_is(text, at, "iteration"))
         e->moment.kind = MOMENT_ITERATION;
     else
-        return rtest_refuse(text, at < text->word_count ? text->words[at].column : 0, "expected after pass N or after iteration N");
+        return rtest_refuse(text, at < text->word_count ? text->words[at].column : 0,
+                            "expected after pass N or after iteration N");
     const status status = rtest_read_uint(text, at + 1, UINT64_MAX, &e->moment.number);
     if (status == STATUS_OK && e->moment.number == 0)
         return rtest_refuse(text, text->words[at + 1].column, "passes and iterations are counted from 1");

@@ -43,7 +43,8 @@ static void print_suite(const rtest_result *result, FILE *out)
     }
     fputs("  <testsuite name=\"", out);
     print_escaped(result->path, out);
-    fprintf(out, "\" tests=\"%d\" failures=\"%d\" time=\"%.6f\">\n", result->outcome_count + (result->refused != NULL), failed, seconds);
+    fprintf(out, "\" tests=\"%d\" failures=\"%d\" time=\"%.6f\">\n", result->outcome_count + (result->refused != NULL),
+            failed, seconds);
     if (result->refused)
         print_case(result->path, 1, "is no test", 0, result->refused, out);
     for (int k = 0; k < result->outcome_count; k++) {
@@ -60,7 +61,9 @@ status trace_tests_write_junit(const trace_tests *tests, const char *path, const
     const status status = aside_open(path, report, &aside, &out);
     if (status != STATUS_OK)
         return status;
-    fprintf(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites tests=\"%" PRIu64 "\" failures=\"%" PRIu64 "\" time=\"%.6f\">\n",
+    fprintf(out,
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites tests=\"%" PRIu64 "\" failures=\"%" PRIu64
+            "\" time=\"%.6f\">\n",
             tests->totals.passed + tests->totals.failed, tests->totals.failed, tests->totals.seconds);
     for (int i = 0; i < tests->count; i++)
         print_suite(&tests->results[i], out);

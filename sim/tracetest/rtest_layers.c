@@ -1,10 +1,12 @@
 // A line of a test's trace that stands for many fragments:
 //
-//   layers COUNT [sorted | reversed | shuffled [seed S] | blocks B] [alpha A] [color R G B] [between NEAR FAR] [at X Y] [sample S]
+//   layers COUNT [sorted | reversed | shuffled [seed S] | blocks B] [alpha A] [color R G B] [between NEAR FAR] [at X Y]
+//   [sample S]
 //
-// Layer i of COUNT, from 0 at the front, lies at depth NEAR + (FAR - NEAR) (i + 1) / (COUNT + 1), has primitive i, and the
-// colour i / COUNT, 1 - i / COUNT, i mod 2 unless told, so that layers in a wrong order show. The orders are those of
-// `scene:sheets`: blocks of B layers, the farthest block first, each in order; shuffled by Fisher and Yates over SplitMix64.
+// Layer i of COUNT, from 0 at the front, lies at depth NEAR + (FAR - NEAR) (i + 1) / (COUNT + 1), has primitive i, and
+// the colour i / COUNT, 1 - i / COUNT, i mod 2 unless told, so that layers in a wrong order show. The orders are those
+// of `scene:sheets`: blocks of B layers, the farthest block first, each in order; shuffled by Fisher and Yates over
+// SplitMix64.
 #include "rtest.h"
 
 #include <stdlib.h>
@@ -74,8 +76,9 @@ static status parse_option(const rtest_text *text, int *at, layers *layers)
         layers->has_sample = true;
         return rtest_read_uint(text, (*at)++, TRACE_SAMPLES_MAX, &layers->sample);
     } else {
-        return rtest_refuse(text, text->words[word].column,
-                            "`%.40s`, expected sorted, reversed, shuffled, seed, blocks, alpha, color, between, at or sample", name);
+        return rtest_refuse(
+            text, text->words[word].column,
+            "`%.40s`, expected sorted, reversed, shuffled, seed, blocks, alpha, color, between, at or sample", name);
     }
     return status;
 }
@@ -103,8 +106,8 @@ static void write_layer(const layers *layers, uint32_t i, FILE *out)
     const double own[3] = {part, 1 - part, i % 2};
     const double *color = layers->has_color ? layers->color : own;
     const double depth = layers->near + (layers->far - layers->near) * (i + 1.0) / ((double)layers->count + 1.0);
-    fprintf(out, "f %d %d %.17g %.9g %.9g %.9g %.9g %u", (int)layers->x, (int)layers->y, depth, color[0], color[1], color[2],
-            layers->alpha, i);
+    fprintf(out, "f %d %d %.17g %.9g %.9g %.9g %.9g %u", (int)layers->x, (int)layers->y, depth, color[0], color[1],
+            color[2], layers->alpha, i);
     if (layers->has_sample)
         fprintf(out, " %d", (int)layers->sample);
     fputc('\n', out);

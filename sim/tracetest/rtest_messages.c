@@ -26,7 +26,8 @@ static void keep(void *user, severity severity, const char *text)
     static const char *const titles[] = {"error: ", "warning: ", "note: "};
     rtest_messages *messages = user;
     const size_t used = strlen(messages->text);
-    FILE *out = used + 1 < sizeof messages->text ? fmemopen(messages->text + used, sizeof messages->text - used, "w") : NULL;
+    FILE *out =
+        used + 1 < sizeof messages->text ? fmemopen(messages->text + used, sizeof messages->text - used, "w") : NULL;
     messages->warned |= severity == SEVERITY_WARNING;
     if (!out)
         return;

@@ -1,7 +1,8 @@
 // A test file in, its traces, cases and expectations out.
 //
-// A line `program` begins a case; the settings before the first program of a trace hold for all its programs, those before
-// the first trace for the whole file. What comes between a trace and its first program is asked of the trace itself.
+// A line `program` begins a case; the settings before the first program of a trace hold for all its programs, those
+// before the first trace for the whole file. What comes between a trace and its first program is asked of the trace
+// itself.
 #include "rtest.h"
 
 #include <stdlib.h>
@@ -24,7 +25,8 @@ static status want_words(const parser *p, int min, int max, const char *form)
     if (p->text->word_count < min)
         return rtest_refuse(p->text, 0, "something is missing; expected %s", form);
     if (p->text->word_count > max)
-        return rtest_refuse(p->text, p->text->words[max].column, "`%.40s` is too much; expected %s", p->text->words[max].text, form);
+        return rtest_refuse(p->text, p->text->words[max].column, "`%.40s` is too much; expected %s",
+                            p->text->words[max].text, form);
     return STATUS_OK;
 }
 
@@ -44,8 +46,9 @@ static status finish_case(parser *p)
     test->expectation_count = p->file->expectation_count - test->first_expectation;
     if (test->expectation_count > 0)
         return STATUS_OK;
-    return report_error(p->text->report, STATUS_REFUSED, "%s:%d:1: nothing is expected of this program; an `expect` line is missing",
-                        p->text->path, test->line);
+    return report_error(p->text->report, STATUS_REFUSED,
+                        "%s:%d:1: nothing is expected of this program; an `expect` line is missing", p->text->path,
+                        test->line);
 }
 
 static status begin_case(parser *p)
@@ -91,7 +94,8 @@ static status parse_trace(parser *p)
 
 static status parse_program(parser *p)
 {
-    status status = want_words(p, 1, RTEST_PROGRAMS_MAX + 1, "program NAME..., or program and lines up to `end program`");
+    status status =
+        want_words(p, 1, RTEST_PROGRAMS_MAX + 1, "program NAME..., or program and lines up to `end program`");
     if (status == STATUS_OK)
         status = begin_case(p);
     if (status != STATUS_OK)
@@ -218,8 +222,9 @@ static status parse_line(parser *p)
     }
     const char *meant = nearest_word(word, names, KEYWORD_COUNT);
     return rtest_refuse(p->text, p->text->words[0].column, "`%.40s` begins no line of a test%s%s%s", word,
-                        meant ? "; did you mean `" : ": expected trace, program, replace, machine, set, max_iterations, "
-                                                     "occlusion_ratio, threads, vector_bytes or expect",
+                        meant ? "; did you mean `"
+                              : ": expected trace, program, replace, machine, set, max_iterations, "
+                                "occlusion_ratio, threads, vector_bytes or expect",
                         meant ? meant : "", meant ? "`?" : "");
 }
 
@@ -237,7 +242,8 @@ status rtest_parse(const char *path, const report *report, rtest_file *file)
     if (status == STATUS_OK)
         status = finish_case(&p);
     if (status == STATUS_OK && file->case_count == 0)
-        return rtest_refuse(&file->text, 1, "the file expects nothing: a `trace`, a `program` and an `expect` line are missing");
+        return rtest_refuse(&file->text, 1,
+                            "the file expects nothing: a `trace`, a `program` and an `expect` line are missing");
     return status;
 }
 

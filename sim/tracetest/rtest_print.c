@@ -28,9 +28,11 @@ status trace_tests_print(const trace_tests *tests, FILE *out)
             if (result->outcomes[k].failures[0])
                 fprintf(out, "  %s:\n%s", result->outcomes[k].name, result->outcomes[k].failures);
     }
-    fprintf(out, "%" PRIu64 " files, %" PRIu64 " expectations, %.2f s\n", totals->files, totals->expectations, totals->seconds);
+    fprintf(out, "%" PRIu64 " files, %" PRIu64 " expectations, %.2f s\n", totals->files, totals->expectations,
+            totals->seconds);
     if (totals->blessed)
-        fprintf(out, "%" PRIu64 " expected figures were replaced by those seen; run the tests again\n", totals->blessed);
+        fprintf(out, "%" PRIu64 " expected figures were replaced by those seen; run the tests again\n",
+                totals->blessed);
     fprintf(out, "%" PRIu64 " passed, %" PRIu64 " failed\n", totals->passed, totals->failed);
     return ferror(out) ? STATUS_IO : STATUS_OK;
 }
@@ -78,7 +80,8 @@ status trace_tests_print_expectations(FILE *out)
     for (int i = 0; i < EXPECT_KIND_COUNT; i++)
         fprintf(out, "expect %s%s%s%s\n    %s\n", expect_rows[i].form == FORM_FLAG ? "[not] " : "", expect_rows[i].name,
                 expect_rows[i].arguments[0] ? " " : "", expect_rows[i].arguments, expect_rows[i].meaning);
-    fputs("\nRELATION is =, <, <=, > or >=; = where none stands. Behind the values: `sample S`, `tolerance T` (1e-5 for floats),\n"
+    fputs("\nRELATION is =, <, <=, > or >=; = where none stands. Behind the values: `sample S`, `tolerance T` (1e-5 "
+          "for floats),\n"
           "`after pass N` or `after iteration N`. A depth may be near or far.\n",
           out);
     return ferror(out) ? STATUS_IO : STATUS_OK;

@@ -47,7 +47,8 @@ static char *replace(char *text, const char *what, const char *with, const repor
     FILE *stream = open_memstream(&out, &size);
     const char *from = text, *at = strstr(text, what);
     if (!stream || !at) {
-        report_error(report, stream ? STATUS_REFUSED : STATUS_IO, stream ? "the program has no `%s` to replace" : "out of memory: %s", what);
+        report_error(report, stream ? STATUS_REFUSED : STATUS_IO,
+                     stream ? "the program has no `%s` to replace" : "out of memory: %s", what);
         if (stream)
             fclose(stream);
         free(out);
@@ -65,7 +66,8 @@ static char *replace(char *text, const char *what, const char *with, const repor
 }
 
 // A path is seen from the test; a stem of programs/ stands for itself. `path`: where its text is.
-static status load_named(const rtest_file *file, const char *name, const report *report, char path[RTEST_PATH_SIZE], program **program)
+static status load_named(const rtest_file *file, const char *name, const report *report, char path[RTEST_PATH_SIZE],
+                         program **program)
 {
     char words[RTEST_PATH_SIZE];
     const bool is_path = strpbrk(name, "/.") != NULL;  // no shipped program has a dot in its name
@@ -86,7 +88,8 @@ status rtest_program_load(const rtest_file *file, const rtest_case *test, const 
         program_destroy(*program);
         *program = NULL;
         if (strchr(source->name, ','))
-            return report_error(report, STATUS_REFUSED, "`%s`: `replace` and values of parameters do not go together", source->name);
+            return report_error(report, STATUS_REFUSED, "`%s`: `replace` and values of parameters do not go together",
+                                source->name);
         text = read_program(path, report);
     } else {
         snprintf(path, RTEST_PATH_SIZE, "%s", file->text.path);

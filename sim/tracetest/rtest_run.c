@@ -15,9 +15,9 @@ typedef struct runner {
     rtest_result *result;
     rtest_trace trace;
     rtest_messages messages;
-    rtest_scene scene;    // the run that is judged
+    rtest_scene scene;  // the run that is judged
     status trace_status;
-    FILE *out;            // failures of the program that runs
+    FILE *out;  // failures of the program that runs
     bool sample_shown;
     bool no_memory;
 } runner;
@@ -151,7 +151,8 @@ static void check_moment(runner *r, int first, const run_result *run)
     const uint64_t made = moment.kind == MOMENT_PASS ? run->geometry_passes + run->fullscreen_passes : run->iterations;
     if (moment.kind != MOMENT_END && made < moment.number) {
         print_question(r, expectations_of(r)[first].line);
-        fprintf(r->out, "      the run has only %" PRIu64 " %s\n", made, moment.kind == MOMENT_PASS ? "passes" : "iterations");
+        fprintf(r->out, "      the run has only %" PRIu64 " %s\n", made,
+                moment.kind == MOMENT_PASS ? "passes" : "iterations");
         return;
     }
     for (int i = first; i < r->test->expectation_count; i++) {
@@ -240,7 +241,10 @@ static char *name_of(const runner *r, const rtest_source *source)
 {
     char name[NAME_SIZE * 4];
     const rtest_settings *settings = &r->test->settings;
-    size_t length = (size_t)snprintf(name, sizeof name, "%.80s", !source ? "trace" : source->name ? source->name : "program");
+    size_t length = (size_t)snprintf(name, sizeof name, "%.80s",
+                                     !source        ? "trace"
+                                     : source->name ? source->name
+                                                    : "program");
     if (settings->machine && source)
         length += (size_t)snprintf(name + length, sizeof name - length, " on %.60s", settings->machine);
     for (int i = 0; source && i < settings->set_count && length < sizeof name - 64; i++)

@@ -56,7 +56,8 @@ static void print_history(const rtest_scene *scene, const expectation *e, FILE *
     if (e->moment.kind == MOMENT_ITERATION)
         options.iteration = e->moment.number;
     options.run.stop_after_pass = 0;
-    const status status = history_print(scene->program, scene->machine, scene->trace, e->x, e->y, e->sample, &options, NULL, stream);
+    const status status =
+        history_print(scene->program, scene->machine, scene->trace, e->x, e->y, e->sample, &options, NULL, stream);
     fclose(stream);
     int lines = 0;
     for (const char *line = text; status == STATUS_OK && *line && lines < LINES_SHOWN; lines++) {

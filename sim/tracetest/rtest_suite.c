@@ -16,7 +16,7 @@ typedef struct suite {
     const trace_test_options *options;
     const report *report;
     atomic_int next, done;
-    atomic_int failed;       // a status
+    atomic_int failed;  // a status
     pthread_mutex_t speaking;
 } suite;
 
@@ -101,8 +101,8 @@ static void add_totals(trace_tests *tests)
     }
 }
 
-status trace_tests_run(const char *const *paths, int path_count, const trace_test_options *options, const report *report,
-                       trace_tests **result)
+status trace_tests_run(const char *const *paths, int path_count, const trace_test_options *options,
+                       const report *report, trace_tests **result)
 {
     struct timespec start, end;
     *result = NULL;

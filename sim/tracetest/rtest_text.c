@@ -46,7 +46,8 @@ status rtest_load(const char *path, const report *report, rtest_text *text)
         return report_error(report, STATUS_IO, "%s: out of memory", path);
     memcpy(text->scratch, text->bytes, text->size + 1);
     const char *nul = memchr(text->bytes, 0, text->size);
-    return nul ? report_error(report, STATUS_REFUSED, "%s: byte %zu is 0, expected text", path, (size_t)(nul - text->bytes))
+    return nul ? report_error(report, STATUS_REFUSED, "%s: byte %zu is 0, expected text", path,
+                              (size_t)(nul - text->bytes))
                : STATUS_OK;
 }
 
@@ -66,7 +67,8 @@ status rtest_refuse(const rtest_text *text, int column, const char *format, ...)
     va_end(arguments);
     if (column == 0 && text->word_count > 0)
         column = text->words[text->word_count - 1].column + text->words[text->word_count - 1].length;
-    return report_error(text->report, STATUS_REFUSED, "%s:%d:%d: %s", text->path, text->line, column ? column : 1, message);
+    return report_error(text->report, STATUS_REFUSED, "%s:%d:%d: %s", text->path, text->line ? text->line : 1,
+                        column ? column : 1, message);
 }
 
 static bool is_blank(char c)
@@ -93,7 +95,8 @@ static status take_word(rtest_text *text, size_t begin, size_t end, size_t *at)
             last++;
         *at = last;
     }
-    text->words[text->word_count++] = (rtest_word){scratch + first + quoted, first, (int)(*at - first), (int)(first - begin) + 1};
+    text->words[text->word_count++] =
+        (rtest_word){scratch + first + quoted, first, (int)(*at - first), (int)(first - begin) + 1};
     return STATUS_OK;
 }
 

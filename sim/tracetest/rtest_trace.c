@@ -10,9 +10,9 @@
 #include <unistd.h>
 
 typedef struct spelling {
-    rtest_text text;   // the section, with words of its own
+    rtest_text text;  // the section, with words of its own
     FILE *out;
-    int *lines;        // where each line of `out` came from
+    int *lines;  // where each line of `out` came from
     int line_count;
 } spelling;
 
@@ -94,7 +94,8 @@ static status create_temporary(const report *report, char **path, FILE **file)
     return status;
 }
 
-static status open_inline(const rtest_file *file, const rtest_source *source, rtest_messages *messages, rtest_trace *trace)
+static status open_inline(const rtest_file *file, const rtest_source *source, rtest_messages *messages,
+                          rtest_trace *trace)
 {
     spelling s = {0};
     status status = create_temporary(&messages->report, &trace->temporary_path, &s.out);
@@ -111,7 +112,8 @@ static status open_inline(const rtest_file *file, const rtest_source *source, rt
     return status == STATUS_OK ? trace_open(trace->temporary_path, &messages->report, &trace->trace) : status;
 }
 
-status rtest_trace_open(const rtest_file *file, const rtest_source *source, rtest_messages *messages, rtest_trace *trace)
+status rtest_trace_open(const rtest_file *file, const rtest_source *source, rtest_messages *messages,
+                        rtest_trace *trace)
 {
     char path[RTEST_PATH_SIZE];
     *trace = (rtest_trace){0};
