@@ -11,9 +11,9 @@
 
 typedef struct model_fragment {
     uint32_t sample;
-    bool opaque;
-    double depth;    // 0 nearest
-    double rgba[4];  // straight
+    bool opaque, sorted;  // class of its draw; neither: unsorted
+    double depth;         // 0 nearest
+    double rgba[4];       // straight
 } model_fragment;
 
 // Fragments in raster order, those of opaque draws among them.
@@ -25,9 +25,10 @@ typedef struct model_scene {
 } model_scene;
 
 typedef struct model_result {
-    uint64_t passes, iterations;  // the last, empty iteration included; the opaque pass not counted
-    uint64_t composited;          // fragments that went into the image
-    double (*rgb)[3];             // a sample
+    uint64_t passes, iterations;              // the last, empty iteration included; the opaque pass not counted
+    uint64_t composited;                      // fragments that went into the image
+    uint64_t unsorted_passes, sorted_passes;  // of hybrid layer peeling, by class of draws
+    double (*rgb)[3];                         // a sample
 } model_result;
 
 // Working storage that all algorithms share: opaque depth, colour so far, transparent fragments.
@@ -70,5 +71,23 @@ model_result model_exact(const model_scene *scene);  // sorted, ties in raster o
 model_result model_layer_peel(const model_scene *scene);
 model_result model_coherent_a(const model_scene *scene, const model_a_options *options);  // options NULL: none set
 model_result model_ideal(const model_scene *scene, bool printed);
+model_result model_sorted_blend(const model_scene *scene);
+model_result model_everitt(const model_scene *scene);
+// Stops after `peels` peels (0: no limit), or once a peel changed no more than `ratio` times the samples.
+model_result model_vtk(const model_scene *scene, uint64_t peels, double ratio);
+model_result model_hybrid(const model_scene *scene, bool printed);
+// B composites again and again in its printed form where it starts too near: it is stopped after `iterations`.
+model_result model_coherent_b(const model_scene *scene, bool printed, uint64_t iterations);
+model_result model_fused(const model_scene *scene);
+model_result model_two_ended(const model_scene *scene);
+model_result model_dual(const model_scene *scene);
+model_result model_weighted_average(const model_scene *scene);
+model_result model_weighted_sum(const model_scene *scene);
+model_result model_k_buffer(const model_scene *scene, uint32_t k);
+model_result model_stencil_routed(const model_scene *scene, uint32_t k);
+
+// Indices of the transparent fragments in front of the opaque surface and beyond the near plane, sample by sample, in
+// raster order: those of sample s are order[start[s]] up to order[start[s + 1]]. Both are freed by the caller.
+bool model_gather(const model_state *state, size_t **order, size_t **start);
 
 #endif

@@ -73,3 +73,35 @@ void model_free(model_result *result)
     free(result->rgb);
     result->rgb = NULL;
 }
+
+bool model_gather(const model_state *state, size_t **order, size_t **start)
+{
+    const model_scene *scene = state->scene;
+    *order = malloc((scene->fragment_count + 1) * sizeof **order);
+    *start = calloc(scene->sample_count + 2u, sizeof **start);
+    if (!*order || !*start) {
+        free(*order);
+        free(*start);
+        return false;
+    }
+    size_t *const next = *start + 1;  // of each sample; holds its start, and at the end its end
+    for (int turn = 0; turn < 2; turn++) {
+        for (size_t i = 0; i < scene->fragment_count; i++) {
+            const model_fragment *f = &scene->fragments[i];
+            if (f->opaque || state->codes[i] == MODEL_NEAR || state->codes[i] >= state->opaque[f->sample])
+                continue;
+            if (turn == 1)
+                (*order)[next[f->sample]] = i;
+            next[f->sample]++;
+        }
+        if (turn == 1)
+            break;
+        size_t sum = 0;
+        for (uint32_t s = 0; s < scene->sample_count; s++) {
+            const size_t count = next[s];
+            next[s] = sum;
+            sum += count;
+        }
+    }
+    return true;
+}

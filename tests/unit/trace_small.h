@@ -29,7 +29,7 @@ static inline void small_add(small_trace *t, uint32_t x, uint32_t y, uint32_t sa
     }
     model_fragment *f = &t->fragments[t->count];
     *f = (model_fragment){
-        .sample = (y * t->width + x) * t->samples + sample, .opaque = class == CLASS_OPAQUE, .depth = depth};
+        .sample = (y * t->width + x) * t->samples + sample, .opaque = class == CLASS_OPAQUE, .sorted = class == CLASS_SORTED, .depth = depth};
     for (int c = 0; c < 4; c++)
         f->rgba[c] = (double)rgba[c];
     t->classes[t->count++] = class;
@@ -111,17 +111,24 @@ static inline program *small_program(const char *stem)
     return program;
 }
 
-// Replays the trace on a shipped machine; NULL if anything fails. Free with result_destroy.
-static inline run_result *small_run(const program *program, const char *machine_name, const small_trace *t)
+// Replays the trace on a shipped machine, with limits as in run_options; NULL if anything fails. Free with result_destroy.
+static inline run_result *small_run_limited(const program *program, const char *machine_name, const small_trace *t,
+                                            uint64_t max_iterations, double occlusion_ratio)
 {
     machine machine;
     run_result *result = NULL;
-    const run_options options = {.threads = 1, .occlusion_ratio = -1, .reference = true};
+    const run_options options = {
+        .threads = 1, .max_iterations = max_iterations, .occlusion_ratio = occlusion_ratio, .reference = true};
     trace *opened = small_open(t);
     if (program && opened && machine_load(machine_name, NULL, &machine) == STATUS_OK)
         replay_run(program, &machine, opened, &options, NULL, &result);
     trace_close(opened);
     return result;
+}
+
+static inline run_result *small_run(const program *program, const char *machine_name, const small_trace *t)
+{
+    return small_run_limited(program, machine_name, t, 0, -1);
 }
 
 #endif
