@@ -139,7 +139,7 @@ static status run_band(replay *r, uint32_t first, uint32_t end)
     return atomic_load(&r->failed) ? report_error(r->report, STATUS_IO, "out of memory: conditions of loops") : STATUS_OK;
 }
 
-status each_band(replay *r, status (*body)(replay *, uint32_t first, uint32_t end))
+status each_band(replay *r, band_body *body)
 {
     status status = STATUS_OK;
     for (uint32_t first = 0, end; status == STATUS_OK && first < r->tiling.tile_count; first = end) {

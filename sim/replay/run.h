@@ -35,7 +35,8 @@ typedef struct replay {
 status rounds_prepare(replay *replay);
 status rounds_run(replay *replay);
 // Calls body for each band of tiles that fits the memory budget.
-status each_band(replay *replay, status (*body)(replay *, uint32_t first, uint32_t end));
+typedef status band_body(replay *replay, uint32_t first, uint32_t end);
+status each_band(replay *run, band_body *body);
 // Makes a band's bins, unless they are there.
 status load_band(replay *replay, uint32_t first, uint32_t end);
 
