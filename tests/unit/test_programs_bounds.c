@@ -171,6 +171,41 @@ static void test_bounds(void **state)
     program_destroy(fused);
 }
 
+// The papers' volume: 256 slices in order and a cone of two layers.
+static void test_volume(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {"scene:slices_cone,slices=256"};
+    static const char *const stems[] = {"hybrid_layer_peel", "hybrid_layer_peel_closed"};
+    char folder[] = "/tmp/ropsim-volume-XXXXXX", path[64];
+    record_options options;
+    machine machine;
+    trace *trace = NULL;
+    record_defaults(&options);
+    options.width = options.height = 32;
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/volume.ropt", folder);
+    assert_int_equal(record_scenes(scenes, 1, &options, path, NULL), STATUS_OK);
+    assert_int_equal(trace_open(path, NULL, &trace), STATUS_OK);
+    assert_int_equal(machine_load("programmable", NULL, &machine), STATUS_OK);
+    for (int i = 0; i < 2; i++) {
+        program *program = small_program(stems[i]);
+        run_result *run = NULL;
+        const run_options run_options = {.threads = 1, .occlusion_ratio = -1, .reference = true};
+        assert_int_equal(replay_run(program, &machine, trace, &run_options, NULL, &run), STATUS_OK);
+        assert_int_equal(run->iterations, 3);
+        assert_int_equal(run->passes_by_class[CLASS_TRANSPARENT], 5);
+        assert_int_equal(run->passes_by_class[CLASS_SORTED], 3);
+        assert_true(run->error.exact);
+        result_destroy(run);
+        program_destroy(program);
+        trace_rewind(trace);
+    }
+    trace_close(trace);
+    unlink(path);
+    rmdir(folder);
+}
+
 // ---- The smallest images -------------------------------------------------------------------------------
 
 static void add(small_trace *t, uint32_t x, draw_class class, double depth, float alpha)
@@ -283,7 +318,7 @@ int main(void)
         cmocka_unit_test(test_bounds),          cmocka_unit_test(test_hybrid_ties),
         cmocka_unit_test(test_b_third_surface), cmocka_unit_test(test_dual_alpha_zero),
         cmocka_unit_test(test_k_late),          cmocka_unit_test(test_routing_ends),
-        cmocka_unit_test(test_weights),
+        cmocka_unit_test(test_weights),         cmocka_unit_test(test_volume),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -268,12 +268,56 @@ static void test_one_pass(void **state)
     assert_true(compare("weighted_sum", "g80", model_weighted_sum).wrong_images > 0);
 }
 
+// A program with one of its parameters set, against a model that takes it too.
+static void compare_with(const char *stem, const char *name, uint32_t value,
+                         model_result (*model_of)(const model_scene *, uint32_t))
+{
+    char words[2 * NAME_SIZE], path[4096];
+    program *program = NULL;
+    snprintf(words, sizeof words, "%s,%s=%u", stem, name, value);
+    assert_int_equal(program_load(words, NULL, path, sizeof path, &program), STATUS_OK);
+    for (uint64_t seed = 1; seed <= 60; seed++) {
+        small_trace t = random_image(seed);
+        const model_scene scene = small_scene(&t);
+        model_result model = model_of(&scene, value);
+        run_result *run = small_run(program, "programmable", &t);
+        assert_non_null(run);
+        assert_agrees(words, seed, &model, run);
+        model_free(&model);
+        result_destroy(run);
+        small_free(&t);
+    }
+    program_destroy(program);
+}
+
+static model_result any_peels(const model_scene *scene, uint32_t peels)
+{
+    (void)peels;  // planes only: what they cannot hold is blended earlier
+    return model_vtk(scene, 0, 0);
+}
+
+static void test_parameters(void **state)
+{
+    (void)state;
+    for (uint32_t k = 1; k <= 8; k++) {
+        compare_with("k_buffer", "k", k, model_k_buffer);
+        compare_with("stencil_routed_k_buffer", "k", k, model_stencil_routed);
+    }
+    for (uint32_t peels = 2; peels <= 5; peels += 3)
+        compare_with("vtk_depth_peel", "peels", peels, any_peels);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_exact),      cmocka_unit_test(test_hybrid), cmocka_unit_test(test_one_fragment_a_layer),
-        cmocka_unit_test(test_vtk_limits), cmocka_unit_test(test_dual),   cmocka_unit_test(test_b_printed),
+        cmocka_unit_test(test_exact),
+        cmocka_unit_test(test_hybrid),
+        cmocka_unit_test(test_one_fragment_a_layer),
+        cmocka_unit_test(test_vtk_limits),
+        cmocka_unit_test(test_dual),
+        cmocka_unit_test(test_b_printed),
         cmocka_unit_test(test_one_pass),
+        cmocka_unit_test(test_parameters),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
