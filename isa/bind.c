@@ -183,6 +183,7 @@ static bool bind_kernel(bound_program *bound, int k)
     for (int w = 0; w < kernel->count; w++)
         settle_operands(bound, kernel->words[w], &kernel->code[w], kernel->has_skip);
     find_zeros(kernel);
+    shorten_kernel(kernel);
     return true;
 }
 

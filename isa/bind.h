@@ -13,7 +13,8 @@ enum {
     BASE_CONSTANT,   // constants, each spread over 64 lanes
     BASE_PRIMITIVE,
     BASE_DEPTH,      // BASE_DEPTH + format: the fragment's depth as a code of that format
-    BASE_COUNT = BASE_DEPTH + FORMAT_COUNT,
+    BASE_PLANE = BASE_DEPTH + FORMAT_COUNT,  // BASE_PLANE + plane: the plane itself
+    BASE_COUNT = BASE_PLANE + PLANE_MAX,
 };
 
 // The lanes' registers, in words.
@@ -22,6 +23,9 @@ enum {
     STATE_COLORS = STATE_REGISTERS + REGISTER_COUNT * TILE_LANES,
     STATE_WORDS = STATE_COLORS + COLOR_COUNT * 4 * TILE_LANES,
 };
+
+// Operations of bound code that no word has; they follow the opcodes (shorten.c).
+enum { BOUND_BLEND_IN_PLANE = OPCODE_COUNT };
 
 typedef enum color_place { PLACE_STATE, PLACE_STRAIGHT, PLACE_PREMULTIPLIED } color_place;
 
@@ -73,6 +77,8 @@ struct bound_program {
 // Lowers a declared pass to instructions and says of each which stage of the pass it belongs to, adding the constants
 // it needs to `bound`. False: too long.
 bool lower_pass(bound_program *bound, const pass_decl *pass, instruction *words, uint8_t *stages, int *count);
+// Makes the bound kernel do less for the same outcome and the same counts.
+void shorten_kernel(bound_kernel *kernel);
 // The source operand of a constant with this value; shares equal ones.
 uint8_t bind_constant(bound_program *bound, uint32_t bits);
 uint32_t bind_value(const bound_program *bound, const value *value);

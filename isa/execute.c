@@ -121,6 +121,17 @@ INLINED void move(dispatch *x, const bound_instruction *i, uint64_t lanes, span 
         WRITE_TO(x->state + i->d_offset + channel * TILE_LANES, !i->masked, color_lanes(x, i->source_a, channel, v));
 }
 
+INLINED void blend_vectors(const blend_decl *state, bool under, const vf s[4], const vf t[4], vf out[4])
+{
+    if (under) {
+        blend_under(s, t, out);
+        return;
+    }
+    for (int channel = 0; channel < 3; channel++)
+        out[channel] = blend_channel(state->rgb.equation, state->rgb.source, state->rgb.destination, s, t, channel);
+    out[3] = blend_channel(state->alpha.equation, state->alpha.source, state->alpha.destination, s, t, 3);
+}
+
 INLINED void blend_colors(dispatch *x, const bound_instruction *i, uint64_t lanes, span n)
 {
     const blend_decl *const state = &x->bound->source->blends[i->c];
@@ -132,16 +143,30 @@ INLINED void blend_colors(dispatch *x, const bound_instruction *i, uint64_t lane
             s[channel] = color_lanes(x, i->source_a, channel, v);
             t[channel] = color_lanes(x, i->source_b, channel, v);
         }
-        if (i->under) {
-            blend_under(s, t, out);
-        } else {
-            for (int channel = 0; channel < 3; channel++)
-                out[channel] = blend_channel(state->rgb.equation, state->rgb.source, state->rgb.destination, s, t, channel);
-            out[3] = blend_channel(state->alpha.equation, state->alpha.source, state->alpha.destination, s, t, 3);
-        }
+        blend_vectors(state, i->under, s, t, out);
         for (int channel = 0; channel < 4; channel++) {
             uint32_t *const to = d + channel * TILE_LANES;
             store(to, v, all ? (vu)out[channel] : choose(lanes, v, (vu)out[channel], load(to, v)));
+        }
+    }
+}
+
+// Blends into the plane itself what ld, blend and st would carry through a register.
+INLINED void blend_in_plane(dispatch *x, const bound_instruction *i, uint64_t lanes, span n)
+{
+    const blend_decl *const state = &x->bound->source->blends[i->c];
+    const format format = x->bound->plane_formats[i->d];
+    uint32_t *const plane = x->planes[i->d];
+    EACH_VECTOR {
+        vf s[4], t[4], out[4];
+        for (int channel = 0; channel < 4; channel++) {
+            s[channel] = color_lanes(x, i->source_a, channel, v);
+            t[channel] = (vf)load(plane + channel * TILE_LANES, v);
+        }
+        blend_vectors(state, i->under, s, t, out);
+        for (int channel = 0; channel < 4; channel++) {
+            uint32_t *const to = plane + channel * TILE_LANES;
+            store(to, v, choose(lanes, v, (vu)round_component(format, out[channel]), (vu)t[channel]));
         }
     }
 }
@@ -181,6 +206,8 @@ static void start(dispatch *x, const bound_kernel *kernel)
     x->bases[BASE_PRIMITIVE] = batch->primitive;
     for (int f = 0; f < FORMAT_COUNT; f++)
         x->bases[BASE_DEPTH + f] = batch->depth[f];
+    for (int p = 0; p < x->bound->source->plane_count; p++)
+        x->bases[BASE_PLANE + p] = x->planes[p];
     for (uint32_t left = kernel->zero_registers; left; left &= left - 1)
         memset(x->state + STATE_REGISTERS + __builtin_ctz(left) * TILE_LANES, 0, TILE_LANES * 4);
     for (uint32_t left = kernel->zero_colors; left; left &= left - 1)
@@ -209,7 +236,7 @@ INLINED void run(dispatch *x, const bound_kernel *kernel, uint64_t *counts, span
         }
         counts[at] += (uint64_t)__builtin_popcountll(lanes);
         const uint32_t *const a = source(x, i->source_a), *const b = source(x, i->source_b);
-        switch ((opcode)i->op) {
+        switch ((int)i->op) {
         case OP_ld:
         case OP_tex: read_plane(x, i, lanes, n); break;
         case OP_st: write_plane(x, i, lanes, n); break;
@@ -241,7 +268,7 @@ INLINED void run(dispatch *x, const bound_kernel *kernel, uint64_t *counts, span
         case OP_blend: blend_colors(x, i, lanes, n); break;
         case OP_count: break;  // its own execution count is the count
         case OP_skip: at = skip_lanes(x, i, at, lanes, waiting) - 1; break;
-        case OPCODE_COUNT: break;
+        case BOUND_BLEND_IN_PLANE: blend_in_plane(x, i, lanes, n); break;
         }
     }
 }
