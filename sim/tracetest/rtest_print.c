@@ -20,7 +20,7 @@ status trace_tests_print(const trace_tests *tests, FILE *out)
         const int failed = count_failed(result), count = result->outcome_count;
         fprintf(out, "%s %s  %d run%s", failed ? "FAIL" : "ok  ", result->path, count, count == 1 ? "" : "s");
         if (result->blessed)
-            fprintf(out, ", %d figures replaced", result->blessed);
+            fprintf(out, ", figures replaced: %d", result->blessed);
         fputc('\n', out);
         if (result->refused)
             fprintf(out, "    %s\n", result->refused);
@@ -28,11 +28,10 @@ status trace_tests_print(const trace_tests *tests, FILE *out)
             if (result->outcomes[k].failures[0])
                 fprintf(out, "  %s:\n%s", result->outcomes[k].name, result->outcomes[k].failures);
     }
-    fprintf(out, "%" PRIu64 " files, %" PRIu64 " expectations, %.2f s\n", totals->files, totals->expectations,
+    fprintf(out, "files: %" PRIu64 ", expectations: %" PRIu64 ", %.2f s\n", totals->files, totals->expectations,
             totals->seconds);
     if (totals->blessed)
-        fprintf(out, "%" PRIu64 " expected figures were replaced by those seen; run the tests again\n",
-                totals->blessed);
+        fprintf(out, "expected figures replaced by those seen: %" PRIu64 "; run the tests again\n", totals->blessed);
     fprintf(out, "%" PRIu64 " passed, %" PRIu64 " failed\n", totals->passed, totals->failed);
     return ferror(out) ? STATUS_IO : STATUS_OK;
 }

@@ -9,6 +9,8 @@
 #include <string.h>
 #include <unistd.h>
 
+enum { LINES_MAX = 1 << 22 };
+
 typedef struct spelling {
     rtest_text text;  // the section, with words of its own
     FILE *out;
@@ -18,6 +20,8 @@ typedef struct spelling {
 
 static status note_lines(spelling *s, int count)
 {
+    if (count > LINES_MAX - s->line_count)
+        return rtest_refuse(&s->text, 1, "the trace has more than %d lines; name a file instead", LINES_MAX);
     for (int i = 0; i < count; i++) {
         int *line = rtest_add(&s->lines, &s->line_count, sizeof *line);
         if (!line)
