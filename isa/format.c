@@ -5,11 +5,22 @@
 #include "float_bits.h"
 #include "isa.h"
 
+#include <math.h>
+
 static const uint32_t FLOAT_ONE = 0x3f800000u;
 
 uint32_t format_far_code(format format)
 {
     return format == FORMAT_z32f ? FLOAT_ONE : (uint32_t)((1ull << format_table[format].bits) - 1);
+}
+
+// floor(depth * far_code + 1/2) in exact arithmetic. The product in double can round up to a tie from below; what it lost
+// decides. Otherwise its rounding cannot cross the tie.
+static uint32_t unorm_code(double depth, uint32_t far_code)
+{
+    const double scaled = depth * far_code, whole = floor(scaled), fraction = scaled - whole;
+    const bool up = fraction > 0.5 || (fraction == 0.5 && fma(depth, far_code, -scaled) >= 0.0);
+    return (uint32_t)whole + up;
 }
 
 uint32_t format_depth_to_code(format format, double depth, bool reversed)
@@ -21,7 +32,7 @@ uint32_t format_depth_to_code(format format, double depth, bool reversed)
         device = 1.0;
     const uint32_t far_code = format_far_code(format);
     // Non-negative floats order as their bits do, so a float's bits serve as its code.
-    const uint32_t code = format == FORMAT_z32f ? float_bits((float)device) : (uint32_t)(device * far_code + 0.5);
+    const uint32_t code = format == FORMAT_z32f ? float_bits((float)device) : unorm_code(device, far_code);
     return reversed ? far_code - code : code;
 }
 

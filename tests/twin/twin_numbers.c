@@ -27,13 +27,23 @@ uint32_t twin_far(format format)
     }
 }
 
+// floor(depth * far + 1/2), in integers.
+static uint32_t unorm_code(double depth, uint32_t far)
+{
+    __extension__ typedef unsigned __int128 wide;
+    int exponent;
+    const uint64_t mantissa = (uint64_t)ldexp(frexp(depth, &exponent), 53);
+    const int shift = 53 - exponent;  // depth = mantissa / 2^shift
+    return shift > 100 ? 0 : (uint32_t)(((wide)mantissa * far + ((wide)1 << (shift - 1))) >> shift);
+}
+
 // The device stores depth, or 1 - depth if it is reversed; a code counts from the near plane on either way.
 uint32_t twin_depth_code(format format, double depth, bool reversed)
 {
     double stored = reversed ? 1.0 - depth : depth;
     stored = fmin(fmax(stored, 0.0), 1.0);  // NaN to 0
     const uint32_t code =
-        format == FORMAT_z32f ? twin_bits((float)(stored + 0.0)) : (uint32_t)floor(stored * twin_far(format) + 0.5);
+        format == FORMAT_z32f ? twin_bits((float)(stored + 0.0)) : unorm_code(stored, twin_far(format));
     return reversed ? twin_far(format) - code : code;
 }
 
