@@ -5,6 +5,7 @@
 #include <string.h>
 
 static const uint64_t DEFAULT_MEMORY = 4ull << 30;
+static const uint64_t IMAGE_MEMORY_FREE = 1ull << 28;  // an image may take this much, however small the budget of the bins is
 
 // `list` steps compare the fragment's depth as well, without an instruction that says so.
 static uint32_t list_depth_formats(const plan *plan)
@@ -47,11 +48,27 @@ static status make_batches(replay *r, format depth_format)
     return status;
 }
 
+// What every image costs, however few fragments it has. A header is easily written; memory is not.
+static status check_image(const replay *r)
+{
+    const uint64_t budget = r->options->memory_bytes ? r->options->memory_bytes : DEFAULT_MEMORY;
+    const uint64_t pixels = (uint64_t)r->info->width * r->info->height, samples = pixels * r->info->samples;
+    const uint64_t sample_bytes = 2 * sizeof(uint32_t) + 3 * sizeof(float), tile_bytes = sizeof(tile) + sizeof(error_sum) + sizeof(uint32_t);
+    const uint64_t bytes = samples * sample_bytes + pixels * 3 * sizeof(float) + r->tiling.tile_count * tile_bytes;
+    if (bytes <= budget || bytes <= IMAGE_MEMORY_FREE)
+        return STATUS_OK;
+    return report_error(r->report, STATUS_REFUSED, "an image of %u x %u pixels with %u samples takes %llu MiB; the budget is %llu MiB (--memory)",
+                        r->info->width, r->info->height, r->info->samples, (unsigned long long)(bytes >> 20),
+                        (unsigned long long)(budget >> 20));
+}
+
 static status run_bound(replay *r, const program *program, const bound_program *bound, const machine *machine)
 {
     status status = plan_make(&r->plan, program, bound, r->report);
     if (status == STATUS_OK && !(r->plan.execute = execute_select(r->options->vector_bytes)))
         status = report_error(r->report, STATUS_USAGE, "vectors of %d bytes: this processor or build has none", r->options->vector_bytes);
+    if (status == STATUS_OK)
+        status = check_image(r);
     if (status == STATUS_OK)
         status = bins_count(r->trace, &r->tiling, r->plan.has_batches, r->report, &r->counts);
     if (status == STATUS_OK)

@@ -71,6 +71,8 @@ static status make_tiles(replay *r)
 static status make_workers(replay *r)
 {
     r->threads = r->options->threads > 0 ? r->options->threads : parallel_default();
+    if ((uint32_t)r->threads > r->tiling.tile_count)
+        r->threads = (int)r->tiling.tile_count;
     r->global = global_create();
     r->workers = calloc((size_t)r->threads, sizeof *r->workers);
     bool good = r->global && r->workers;
