@@ -416,4 +416,33 @@ status trace_tests_print_expectations(FILE *out);                   // what a te
 status result_write_json(const run_result *result, const char *trace_path, const char *path, const report *report);
 status result_print(const run_result *result, FILE *out);
 
+// Passes against bits a sample: programs and traces, and what each program took of each trace.
+typedef struct curve_program {
+    char name[256];              // as program_load takes it
+    uint32_t bits;               // a sample, of all planes
+    bool runs;                   // the machine takes it; if not, it has no points
+    bool exact;                  // on all traces
+    double error;                // the largest on any
+} curve_program;
+
+typedef struct curve_trace {
+    char label[NAME_SIZE];
+    uint32_t width, height, samples;
+    uint64_t fragments, deepest;   // most transparent fragments at one sample
+} curve_trace;
+
+typedef struct trade_curve {
+    curve_program *programs;     // in order of bits
+    int program_count;
+    curve_trace *traces;
+    int trace_count;
+    uint64_t *passes;            // geometry passes: passes[program * trace_count + trace]
+} trade_curve;
+
+// Whether no exact program of at most as many bits takes fewer passes, nor one of fewer bits as many.
+bool curve_is_best(const trade_curve *curve, int program, int trace);
+status curve_print(const trade_curve *curve, FILE *out);                                     // a Markdown table
+status curve_write_csv(const trade_curve *curve, const char *path, const report *report);    // a line a point
+status curve_write_svg(const trade_curve *curve, const char *path, const report *report);    // a plot
+
 #endif
