@@ -60,6 +60,8 @@ status trace_next(trace *trace, fragments *fragments);
 status trace_rewind(trace *trace);
 // From the next rewind on, runs without any fragment in pixels [x0, x1) x [y0, y1) may be left out.
 void trace_select(trace *trace, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1);
+// From the next rewind on, runs may leave out all but x, y and sample (the other arrays are then NULL), which is read faster.
+void trace_places_only(trace *trace, bool only);
 
 // A trace whose fragments come from calls instead of a file, which mean what trace_next and trace_rewind mean. What they
 // hand out is not checked: it must keep every rule of `info`, which is copied. Free with trace_close.

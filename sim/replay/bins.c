@@ -39,7 +39,9 @@ status bins_count(trace *trace, const tiling *tiling, bool ranges, const report 
         return report_error(report, STATUS_IO, "out of memory: %zu samples", places);
     }
     trace_select(trace, 0, 0, info->width, info->height);
+    trace_places_only(trace, !ranges);
     status status = trace_rewind(trace);
+    trace_places_only(trace, false);  // the next who rewinds gets whole fragments
     uint64_t done = 0;
     for (fragments run; status == STATUS_OK && (status = trace_next(trace, &run)) == STATUS_OK && run.count;) {
         const draw_class class = info->draws[run.draw].class;
@@ -173,6 +175,7 @@ typedef struct filling {
     const sample_counts *counts;
     uint32_t *opaque_rank, *transparent_rank;  // fragments of the sample so far
     bool reversed;
+    uint32_t formats;                          // whose codes are wanted
 } filling;
 
 // False if the file has more fragments there than when they were counted.
@@ -192,10 +195,12 @@ static bool put(const filling *filling, const fragments *run, uint32_t i, draw_c
     bin_batch *const batch = &bins->batches[bin->first_batch + (opaque ? 0 : bin->opaque_count) + rank];
     if (class == CLASS_SORTED)
         batch->sorted |= bit;
-    const uint64_t at = batch->offset + (uint64_t)__builtin_popcountll(batch->lanes & (bit - 1));
-    for (int f = 0; f < FORMAT_COUNT; f++)
-        if (bins->codes[f])
-            bins->codes[f][at] = format_depth_to_code((format)f, run->depth[i], filling->reversed);
+    const uint64_t before = batch->lanes == UINT64_MAX ? place % TILE_LANES : (uint64_t)__builtin_popcountll(batch->lanes & (bit - 1));
+    const uint64_t at = batch->offset + before;
+    for (uint32_t formats = filling->formats; formats; formats &= formats - 1) {
+        const int f = __builtin_ctz(formats);
+        bins->codes[f][at] = format_depth_to_code((format)f, run->depth[i], filling->reversed);
+    }
     for (int c = 0; c < 4; c++)
         bins->rgba[c][at] = run->rgba[c][i];
     if (bins->primitive)
@@ -240,7 +245,7 @@ status bins_build(trace *trace, const tiling *tiling, const sample_counts *count
         status = allocate_columns(request, fragment_count, report, bins);
     const size_t places = (size_t)(end - first) * TILE_LANES;
     filling filling = {tiling, bins, counts, calloc(places, sizeof(uint32_t)), calloc(places, sizeof(uint32_t)),
-                       trace_get_info(trace)->reversed_depth};
+                       trace_get_info(trace)->reversed_depth, request->depth_formats};
     if (status == STATUS_OK && (!filling.opaque_rank || !filling.transparent_rank))
         status = report_error(report, STATUS_IO, "out of memory: %zu samples", places);
     if (status == STATUS_OK)

@@ -23,6 +23,7 @@ typedef struct binary_reader {
     const uint8_t *chunks;
     uint64_t chunk_count, next;
     bounds asked, region;  // as selected, and in force since the last rewind
+    bool asked_places, places_only;
     columns *columns;
     block *block;
     content *content;
@@ -199,7 +200,11 @@ static status read_chunk(binary_reader *reader, uint64_t index, const chunk_reco
              ZSTD_decompressDCtx(reader->zstd, reader->planes, planes_bytes, reader->frame, chunk->stored_bytes) !=
                  planes_bytes)
         flaw = "is not one zstd frame of its fragments' size";
-    if (!flaw) {
+    if (!flaw && reader->places_only) {
+        block->count = chunk->count;
+        columns_decode_places(reader->planes, block);
+        flaw = block_places_check(reader->info, block) ? NULL : "a fragment lies outside the image";
+    } else if (!flaw) {
         block->count = chunk->count;
         columns_decode(reader->columns, reader->planes, reader->info->depth_bits, block);
         bounds box = block_bounds(block);
@@ -229,6 +234,11 @@ static status binary_next(void *self, fragments *fragments)
         status result = read_chunk(reader, index, &chunk);
         if (result == STATUS_OK)
             block_view(reader->block, chunk.draw, fragments);
+        if (reader->places_only) {
+            fragments->depth = NULL;
+            fragments->primitive = NULL;
+            memset(fragments->rgba, 0, sizeof fragments->rgba);
+        }
         return result;
     }
     return STATUS_OK;
@@ -239,6 +249,7 @@ static status binary_rewind(void *self)
     binary_reader *reader = self;
     reader->next = 0;
     reader->region = reader->asked;
+    reader->places_only = reader->asked_places;
     return STATUS_OK;
 }
 
@@ -247,7 +258,12 @@ static void binary_select(void *self, const bounds *region)
     ((binary_reader *)self)->asked = *region;
 }
 
-static const trace_form binary_form = {binary_next, binary_rewind, binary_select, binary_close};
+static void binary_places(void *self, bool only)
+{
+    ((binary_reader *)self)->asked_places = only;
+}
+
+static const trace_form binary_form = {binary_next, binary_rewind, binary_select, binary_places, binary_close};
 
 static status open_checked(binary_reader *reader, trace_info *info)
 {

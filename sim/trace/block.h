@@ -37,6 +37,7 @@ enum { WHY_SIZE = 256 };
 // Each returns false and puts a sentence into `why` at the first rule that is broken.
 bool info_check(const trace_info *info, char why[WHY_SIZE]);
 bool block_check(const trace_info *info, const block *block, char why[WHY_SIZE]);
+bool block_places_check(const trace_info *info, const block *block);  // x, y and sample alone
 // 1 to 63 visible ASCII characters without '#'.
 bool draw_name_check(const char *name, size_t length);
 bounds block_bounds(const block *block);

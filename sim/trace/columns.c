@@ -240,6 +240,13 @@ void columns_encode(columns *columns, const block *block, int depth_bits, uint8_
         planes = encode_values(columns, block->rgba[c], count, 4, planes);
 }
 
+void columns_decode_places(const uint8_t *planes, block *block)
+{
+    planes = decode_steps(planes, block->count, 2, block->x);
+    planes = decode_steps(planes, block->count, 2, block->y);
+    decode_steps(planes, block->count, 1, block->sample);
+}
+
 void columns_decode(columns *columns, const uint8_t *planes, int depth_bits, block *block)
 {
     uint32_t count = block->count;

@@ -9,6 +9,7 @@ typedef struct trace_form {
     status (*next)(void *self, fragments *fragments);
     status (*rewind)(void *self);
     void (*select)(void *self, const bounds *region);
+    void (*places)(void *self, bool only);  // NULL: always whole fragments
     void (*close)(void *self);
 } trace_form;
 

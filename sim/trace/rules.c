@@ -122,6 +122,11 @@ static bool fragment_check(const trace_info *info, const block *block, uint32_t 
     return true;
 }
 
+bool block_places_check(const trace_info *info, const block *block)
+{
+    return columns_are_inside(info, block);
+}
+
 bool block_check(const trace_info *info, const block *block, char why[WHY_SIZE])
 {
     if (columns_are_inside(info, block) && values_are_allowed(info, block))

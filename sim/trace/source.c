@@ -25,7 +25,7 @@ static void source_select(void *self, const bounds *region)
 
 bool source_open(const trace_source *source, opened *opened)
 {
-    static const trace_form form = {source_next, source_rewind, source_select, free};
+    static const trace_form form = {source_next, source_rewind, source_select, NULL, free};
     trace_source *self = malloc(sizeof *self);
     if (!self)
         return false;

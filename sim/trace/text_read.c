@@ -207,7 +207,7 @@ static void text_select(void *self, const bounds *region)
     (void)region;  // there is no index: every run comes
 }
 
-static const trace_form text_form = {text_next, text_rewind, text_select, text_close};
+static const trace_form text_form = {text_next, text_rewind, text_select, NULL, text_close};
 
 // The pass that learns the draws, the counts and the hash.
 static status check_all(text_reader *reader)

@@ -128,6 +128,12 @@ void trace_select(trace *trace, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t 
     trace->opened.form->select(trace->opened.self, &region);
 }
 
+void trace_places_only(trace *trace, bool only)
+{
+    if (trace->opened.form->places)
+        trace->opened.form->places(trace->opened.self, only);
+}
+
 status trace_check(const char *path, const report *report)
 {
     trace *trace;
