@@ -1,5 +1,5 @@
-// Small images in memory for the tests of the peeling programs that go beyond the papers: fragments of one transparent draw,
-// perhaps behind an opaque one; replayed without a file, so that tens of thousands take seconds.
+// Small images in memory for the tests of the peeling programs that go beyond the papers: fragments of one transparent
+// draw, perhaps behind an opaque one; replayed without a file, so that tens of thousands take seconds.
 #ifndef ROPSIM_TEST_BEYOND_FIXTURE_H
 #define ROPSIM_TEST_BEYOND_FIXTURE_H
 
@@ -18,14 +18,14 @@ enum { IMAGE_FRAGMENTS_MAX = 400000 };
 
 // Opaque fragments come first. Fragment i of the transparent ones is fragment opaque + i.
 typedef struct small_image {
-    uint32_t width, height;   // samples are pixels
+    uint32_t width, height;  // samples are pixels
     uint32_t count, opaque;
     uint16_t x[IMAGE_FRAGMENTS_MAX], y[IMAGE_FRAGMENTS_MAX];
     uint8_t sample[IMAGE_FRAGMENTS_MAX];
     double depth[IMAGE_FRAGMENTS_MAX];
     float rgba[4][IMAGE_FRAGMENTS_MAX];
     uint32_t primitive[IMAGE_FRAGMENTS_MAX];
-    int next_draw;            // of the walk
+    int next_draw;  // of the walk
 } small_image;
 
 static inline uint64_t image_random(uint64_t *state)
@@ -71,7 +71,9 @@ static inline status image_next(void *user, fragments *run)
     const uint32_t first = draw == 0 ? 0 : image->opaque;
     *run = (fragments){
         .draw = (uint32_t)draw,
-        .count = draw == 0 ? image->opaque : draw == 1 ? image->count - image->opaque : 0,
+        .count = draw == 0   ? image->opaque
+                 : draw == 1 ? image->count - image->opaque
+                             : 0,
         .x = image->x + first,
         .y = image->y + first,
         .sample = image->sample + first,
@@ -118,7 +120,8 @@ static inline void image_at_random(small_image *image, uint64_t seed, uint32_t w
     for (uint32_t pixel = 0; pixel < width * height; pixel++)
         if (image_below(&state, 4) == 0)
             image_add(image, pixel, true, 0.25 + image_below(&state, 13) / 16.0);
-    const uint32_t fragments = image_below(&state, most * width * height + 1), grid = image_below(&state, 2) ? 12 : 1000000;
+    const uint32_t fragments = image_below(&state, most * width * height + 1),
+                   grid = image_below(&state, 2) ? 12 : 1000000;
     for (uint32_t i = 0; i < fragments;) {
         const uint32_t run = 1 + image_below(&state, 9), order = image_below(&state, 3);
         const uint32_t pixel = image_below(&state, width * height);
@@ -158,7 +161,8 @@ static inline void contest_end(contest *c)
 }
 
 // Runs each on the image, asks for the exact result and returns the passes of each.
-static inline void contest_run(const contest *c, small_image *image, const char *what, uint64_t number, uint64_t *passes)
+static inline void contest_run(const contest *c, small_image *image, const char *what, uint64_t number,
+                               uint64_t *passes)
 {
     for (int i = 0; i < c->count; i++) {
         run_result *run = image_run(c->programs[i], &c->machine, image, 0);
@@ -179,8 +183,8 @@ static inline void image_of_ranks(small_image *image, const uint8_t *ranks, uint
         image_add(image, 0, false, (ranks[i] + 1) / 256.0);
 }
 
-// The next sequence of that length in which each rank up to the largest occurs, by counting in base `length`; start from
-// all zeros. False after the last. These are all orders of arrival of `length` fragments, all ties among them.
+// The next sequence of that length in which each rank up to the largest occurs, by counting in base `length`; start
+// from all zeros. False after the last. These are all orders of arrival of `length` fragments, all ties among them.
 static inline bool ranks_next(uint8_t *ranks, uint32_t length)
 {
     for (;;) {
@@ -224,8 +228,8 @@ static inline uint32_t image_layers(const small_image *image)
     return most;
 }
 
-// The fewest intervals of depth, each with all its fragments in order of arrival, that hold all layers of a sample; of the
-// sample that needs most. Taken from the nearest layer on, each as long as it goes.
+// The fewest intervals of depth, each with all its fragments in order of arrival, that hold all layers of a sample; of
+// the sample that needs most. Taken from the nearest layer on, each as long as it goes.
 static inline uint32_t image_spans(const small_image *image)
 {
     uint32_t most = 0;
@@ -288,7 +292,8 @@ static inline uint32_t image_of_orders(small_image *image, uint32_t length, uint
 
 // The pass after which each sample has its colour, of a program with one pass an iteration: what it would take alone.
 // Found by ending the program after 1, 2, ... passes.
-static inline void image_sample_passes(const contest *c, int number, small_image *image, uint32_t samples, uint8_t *passes)
+static inline void image_sample_passes(const contest *c, int number, small_image *image, uint32_t samples,
+                                       uint8_t *passes)
 {
     run_result *whole = image_run(c->programs[number], &c->machine, image, 0);
     if (!whole->error.exact)
