@@ -412,6 +412,26 @@ status trace_tests_print_tap(const trace_tests *tests, FILE *out);  // Test Anyt
 status trace_tests_write_junit(const trace_tests *tests, const char *path, const report *report);
 status trace_tests_print_expectations(FILE *out);                   // what a test can expect, from the table
 
+// ---- Sweeps (sim/sweep) --------------------------------------------------------------------------------
+
+// Every combination of the traces, programs, machines and settings that a sweep file names, run once each into an SQLite
+// database: docs/sweep.md. What the machine refuses is an outcome, not an error.
+enum { SWEEP_JOBS_MAX = 256 };
+typedef struct sweep sweep;
+typedef struct sweep_totals { uint64_t combinations, there, done, refused, failed; } sweep_totals;
+typedef enum sweep_cost { SWEEP_COST_BYTES, SWEEP_COST_PASSES } sweep_cost;
+
+// Reads the file and what it names, records its scenes, opens or creates its database. `report` must outlive the sweep.
+status sweep_open(const char *path, const report *report, sweep **sweep);
+void sweep_close(sweep *sweep);  // NULL is fine
+// Runs what is not in the database, `jobs` at a time, each in a process of its own; the caller has no other thread running.
+// Whatever ends this process, what was done stays and the next call goes on.
+status sweep_run(sweep *sweep, int jobs, sweep_totals *totals);
+// What is there of this sweep, in the file's order.
+status sweep_print(sweep *sweep, FILE *out);                    // a Markdown table
+status sweep_write_csv(sweep *sweep, const char *path);         // all statistics
+status sweep_print_cheapest(sweep *sweep, sweep_cost cost, bool exact, FILE *out);  // one run a trace
+
 // ---- Results (sim/report) ------------------------------------------------------------------------------
 
 // The object of `ropsim run --json`; `trace_path` as the user gave it. Written aside and renamed.

@@ -1,0 +1,106 @@
+// The parts of a sweep: what is to run (the plan), what came of it (rows), where that is kept (the store).
+#ifndef ROPSIM_SWEEP_H
+#define ROPSIM_SWEEP_H
+
+#include "sweep_file.h"
+
+// ---- Rows: what came of a run (sweep_row.c) ------------------------------------------------------------
+
+typedef enum sweep_stat {
+#define SWEEP_COUNT(column, known, value) STAT_##column,
+#define SWEEP_REAL SWEEP_COUNT
+#include "sweep_stats.def"
+#undef SWEEP_COUNT
+#undef SWEEP_REAL
+    SWEEP_STAT_COUNT
+} sweep_stat;
+
+typedef struct sweep_stat_row {
+    const char *name;
+    bool real;
+} sweep_stat_row;
+extern const sweep_stat_row sweep_stat_rows[SWEEP_STAT_COUNT];
+
+typedef struct sweep_value {
+    bool known;
+    int64_t count;  // or
+    double real;
+} sweep_value;
+
+typedef enum sweep_outcome { OUTCOME_DONE, OUTCOME_REFUSED, OUTCOME_FAILED, OUTCOME_COUNT } sweep_outcome;
+extern const char *const sweep_outcome_names[OUTCOME_COUNT];
+
+// Without pointers, so that it goes through a pipe as it is.
+typedef struct sweep_row {
+    sweep_outcome outcome;
+    char why[1024];  // unless done
+    sweep_value stats[SWEEP_STAT_COUNT];
+    plane_result planes[PLANE_MAX];
+    int plane_count;
+} sweep_row;
+
+void sweep_row_fill(sweep_row *row, const run_result *result);
+
+// ---- The plan: what is to run (sweep_plan.c) -----------------------------------------------------------
+
+typedef struct sweep_trace {
+    const char *label;  // as the file has it
+    char *path;
+    char hash[33];
+} sweep_trace;
+
+typedef struct sweep_program {
+    const char *label;  // as the file has it
+    char *path;
+    program *program;
+    char hash[33];  // XXH3-128 of its words
+} sweep_program;
+
+typedef struct sweep_variant {
+    machine machine;
+    char hash[33];
+    uint32_t settings;  // index into the product of all settings
+} sweep_variant;
+
+// Everything of one run; its key is all but the labels.
+typedef struct sweep_combination {
+    const sweep_trace *trace;
+    const sweep_program *program;
+    const sweep_variant *variant;
+    uint64_t max_iterations;
+} sweep_combination;
+
+typedef struct sweep_store sweep_store;
+
+struct sweep {
+    const report *report;
+    sweep_file file;
+    sweep_trace *traces;
+    sweep_program *programs;
+    sweep_variant *variants;
+    uint64_t trace_count, program_count, variant_count;
+    sweep_store *store;
+};
+
+enum { SWEEP_RUNS_MAX = 100000 };
+sweep_combination sweep_get(const sweep *sweep, uint64_t index);
+uint64_t sweep_count(const sweep *sweep);
+// "stencil_bits=4 depth_format=z16"; empty without settings. Cut to fit.
+void sweep_settings_text(const sweep *sweep, const sweep_variant *variant, char *text, size_t size);
+
+// A path as the sweep file has it, relative to the file's folder. Free with free().
+char *sweep_path(const sweep_file *file, const char *path);
+// The trace of a line `record SCENE...`, recorded to `path`.
+status sweep_record(const sweep_file *file, const sweep_word *line, const char *path, const report *report);
+
+// ---- The store: an SQLite database (sweep_store.c) -----------------------------------------------------
+
+// Creates it, or opens one that a sweep created; anything else is refused and left as it is.
+status store_open(const char *path, const report *report, sweep_store **store);
+void store_close(sweep_store *store);  // NULL is fine
+// Whether a run is there, and what came of it; `row` without its planes.
+status store_find(sweep_store *store, const sweep_combination *key, bool *found, sweep_row *row);
+// One transaction. A failed run is replaced; any other that is there stays.
+status store_add(sweep_store *store, const sweep_combination *key, const sweep_row *row);
+
+#endif

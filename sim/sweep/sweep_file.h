@@ -1,0 +1,58 @@
+// A sweep file as words with their places, checked for form alone; sweep_plan.c finds what the words name.
+#ifndef ROPSIM_SWEEP_FILE_H
+#define ROPSIM_SWEEP_FILE_H
+
+#include "../sim.h"
+
+typedef enum sweep_key {
+#define SWEEP_KEY(key, kind, required, what) KEY_##key,
+#include "sweep_keys.def"
+#undef SWEEP_KEY
+    SWEEP_KEY_COUNT
+} sweep_key;
+
+typedef struct sweep_word {
+    char *text;
+    size_t line, column;  // from 1
+} sweep_word;
+
+typedef struct sweep_list {
+    sweep_word *words;
+    int count;
+} sweep_list;
+
+enum { SWEEP_SETTINGS_MAX = 64, SWEEP_VALUES_MAX = 1024 };
+
+// One machine key and what it is set to, ranges written out; every value is one that the key takes.
+typedef struct sweep_setting {
+    sweep_word key;
+    sweep_list values;
+} sweep_setting;
+
+typedef struct sweep_file {
+    char *path;
+    sweep_list lists[SWEEP_KEY_COUNT];  // of a WORD or NUMBER: one word; empty where an optional key is missing
+    sweep_setting settings[SWEEP_SETTINGS_MAX];
+    int setting_count;
+    int threads;
+    uint64_t max_iterations;
+} sweep_file;
+
+// Every error is said as file:line:column. Free with sweep_file_free, also after a failure.
+status sweep_file_read(const char *path, const report *report, sweep_file *file);
+void sweep_file_free(sweep_file *file);
+
+// A report that puts the place of a word before what is said of it.
+typedef struct sweep_place {
+    const report *to;
+    const char *path;
+    const sweep_word *word;
+    report report;
+} sweep_place;
+void sweep_place_start(sweep_place *place, const report *report, const char *path, const sweep_word *word);
+
+// Appends a copy of a word; false: out of memory.
+bool sweep_list_add(sweep_list *list, const char *text, size_t line, size_t column);
+void sweep_list_free(sweep_list *list);
+
+#endif
