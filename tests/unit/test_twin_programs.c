@@ -8,7 +8,7 @@
 #include <cmocka.h>
 #include <string.h>
 
-enum { PROGRAM_MAX = 64, USUAL_COUNT = 60 };
+enum { PROGRAM_MAX = 64, USUAL_COUNT = 20 };
 
 static uint64_t random_limit(dice *dice)
 {
