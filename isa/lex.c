@@ -15,6 +15,7 @@ void lex_start(lexer *lexer, const char *file, const char *text, size_t size, co
     lexer->next = text;
     lexer->end = size ? text + size : text;  // an empty text may be NULL
     lexer->report = report;
+    lexer->tokens[0] = (token){text, 0, 1};  // an error before the first line points there
 }
 
 static bool is_word(char c)

@@ -22,6 +22,7 @@ typedef struct unroller {
     const parameter *parameters;
     int parameter_count;
     bool used[NAMES_MAX];
+    bool unclosed;               // the text ended inside a loop
     unrolled *out;
     size_t capacity, line_capacity;
     int turns;                   // of all loops: one without lines adds nothing to the output
@@ -197,6 +198,13 @@ static const char *line_end(const unroller *u, const char *line)
     return end ? end : u->end;
 }
 
+static bool fail_at_loop(unroller *u, int number, token at, const char *message)
+{
+    lex_error_in_line(&u->lex, number, at, "%s", message);
+    u->out->failed = true;
+    return false;
+}
+
 // Copies lines from `*line` on, up to `endfor` or, at depth 0, the end of the text.
 static bool copy_lines(unroller *u, const char **line, int *number, int depth);
 
@@ -214,6 +222,7 @@ static bool copy_loop(unroller *u, const char **line, int *number, int depth)
     }
     if (!read_range(u, &from, &to))
         return false;
+    const int loop_number = *number;
     const char *body = line_end(u, *line);
     body = body < u->end ? body + 1 : body;
     const int body_number = *number + 1;
@@ -224,12 +233,16 @@ static bool copy_loop(unroller *u, const char **line, int *number, int depth)
         return false;
     for (long i = from; i < to || i == from; i++) {
         if (++u->turns > TURNS_MAX)
-            return fail_at(u, at, "the loops have more than 1048576 turns in all");
+            return fail_at_loop(u, loop_number, at, "the loops have more than 1048576 turns in all");
         u->names[u->name_count - 1].value = i;
         *line = body;
         *number = body_number;
-        if (!copy_lines(u, line, number, depth + 1))
+        if (!copy_lines(u, line, number, depth + 1)) {
+            if (u->unclosed)
+                fail_at_loop(u, loop_number, at, "this 'for' has no 'endfor'");
+            u->unclosed = false;
             return false;
+        }
     }
     u->name_count--;
     if (never) {  // read once to find its end, and taken back
@@ -262,7 +275,8 @@ static bool copy_lines(unroller *u, const char **line, int *number, int depth)
             return false;
         *line = next;
     }
-    return depth == 0 || fail_at(u, lex_peek(&u->lex), "a 'for' has no 'endfor'");
+    u->unclosed = depth > 0;
+    return depth == 0;
 }
 
 bool unroll_text(const char *file, const char *text, size_t size, const parameter *parameters, int parameter_count,

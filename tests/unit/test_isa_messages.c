@@ -221,6 +221,22 @@ static void test_idle_loops(void **state)
     assert_non_null(strstr(said.text, "the loops have more than 1048576 turns in all"));
 }
 
+// A loop that the text leaves open is named where it starts, whatever the last line is.
+static void test_open_loops(void **state)
+{
+    (void)state;
+    static messages said;
+    static const char *const ends[] = {"", "\n", "# a comment\n", "plane z{i} depth\n", "for j in 0..2\nendfor\n\n"};
+    for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+        char source[128];
+        const int size = snprintf(source, sizeof source, "program p\n  for i in 0..2\n%s", ends[i]);
+        program *program;
+        messages_start(&said);
+        assert_int_equal(assemble_text("p.rop", source, (size_t)size, &said.report, &program), STATUS_REFUSED);
+        assert_string_equal(said.text, "p.rop:2:7: this 'for' has no 'endfor'\n      for i in 0..2\n          ^\n");
+    }
+}
+
 static void test_files(void **state)
 {
     (void)state;
@@ -242,7 +258,8 @@ int main(void)
         cmocka_unit_test(test_messages),        cmocka_unit_test(test_limits),
         cmocka_unit_test(test_skip_too_many),   cmocka_unit_test(test_refused_skips),
         cmocka_unit_test(test_twenty_messages), cmocka_unit_test(test_bytes),
-        cmocka_unit_test(test_idle_loops),      cmocka_unit_test(test_files),
+        cmocka_unit_test(test_idle_loops),      cmocka_unit_test(test_open_loops),
+        cmocka_unit_test(test_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
