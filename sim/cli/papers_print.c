@@ -8,7 +8,7 @@ void paper_print_intro(const paper_setup *setup, const machine *machine)
     char hash[33];
     machine_hash(machine, hash);
     printf("# The papers' tables\n\n"
-           "The paper: J. Carr, R. Mech, G. Miller, *Coherent Layer Peeling for Transparent High-Depth-Complexity "
+           "The paper: N. Carr, R. Mech, G. Miller, *Coherent Layer Peeling for Transparent High-Depth-Complexity "
            "Scenes*, "
            "Graphics\nHardware 2008. Machine `%s` (%s): depth %s, colour %s, %d bits of stencil.\n"
            "Figure 1 at %u x %u pixels, table 1 at %u x %u, 1 sample a pixel; %" PRIu64 " buckets.\n\n"
