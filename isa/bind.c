@@ -56,16 +56,6 @@ static bound_source place_source(bound_program *bound, uint8_t source)
     return (bound_source){BASE_STATE, 0, (uint16_t)(STATE_REGISTERS + source * TILE_LANES)};
 }
 
-static bool is_source(operand_kind kind)
-{
-    return kind == OPERAND_SRC || kind == OPERAND_CSRC || kind == OPERAND_ASRC;
-}
-
-static bool is_register(operand_kind kind)
-{
-    return kind == OPERAND_REG || kind == OPERAND_COLOR || kind == OPERAND_ANY;
-}
-
 static bool is_under(const blend_decl *blend)
 {
     return blend->rgb.equation == EQUATION_add && blend->rgb.source == FACTOR_dst_alpha &&
@@ -86,18 +76,18 @@ static void settle_operands(bound_program *bound, instruction i, bound_instructi
     out->a = i.a;
     out->b = i.b;
     out->c = i.c;
-    if (is_register(row->d))
+    if (operand_is_register(row->d))
         out->d_offset = place_source(bound, i.d).offset;
     if (row->a == OPERAND_PRED) {
         out->a = i.a & 7;
         out->a_negated = i.a >> 3;
-    } else if (is_source(row->a)) {
+    } else if (operand_is_source(row->a)) {
         out->source_a = place_source(bound, i.a);
     }
     if (row->b == OPERAND_PRED) {
         out->b = i.b & 7;
         out->b_negated = i.b >> 3;
-    } else if (is_source(row->b)) {
+    } else if (operand_is_source(row->b)) {
         out->source_b = place_source(bound, i.b);
     }
     out->under = i.op == OP_blend && is_under(&bound->source->blends[i.c]);
@@ -151,13 +141,13 @@ static void find_zeros(bound_kernel *kernel)
     for (int w = 0; w < kernel->count; w++) {
         const instruction i = kernel->words[w];
         const opcode_row *row = &opcode_table[i.op];
-        if (is_source(row->a))
+        if (operand_is_source(row->a))
             note_read(&flow, kernel, i.a, i, has_skip);
-        if (is_source(row->b))
+        if (operand_is_source(row->b))
             note_read(&flow, kernel, i.b, i, has_skip);
         if (i.op == OP_put)  // the other components stay
             note_read(&flow, kernel, i.d, i, has_skip);
-        if (is_register(row->d))
+        if (operand_is_register(row->d))
             note_write(&flow, i.d, i);
         if (row->d == OPERAND_PRED)
             flow.predicate_version[i.d]++;

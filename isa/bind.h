@@ -74,6 +74,17 @@ struct bound_program {
     uint32_t sources;  // bit s: some kernel reads source s, below SOURCE_CONSTANT
 };
 
+// Whether an operand of this kind reads a value, or names a register to write.
+static inline bool operand_is_source(operand_kind kind)
+{
+    return kind == OPERAND_SRC || kind == OPERAND_CSRC || kind == OPERAND_ASRC;
+}
+
+static inline bool operand_is_register(operand_kind kind)
+{
+    return kind == OPERAND_REG || kind == OPERAND_COLOR || kind == OPERAND_ANY;
+}
+
 // Lowers a declared pass to instructions and says of each which stage of the pass it belongs to, adding the constants
 // it needs to `bound`. False: too long.
 bool lower_pass(bound_program *bound, const pass_decl *pass, instruction *words, uint8_t *stages, int *count);

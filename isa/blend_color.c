@@ -1,12 +1,8 @@
 // A blend state, a source and a destination colour in, the blended colour out: the scalar twin of execute.c's blend.
+#include "float_bits.h"
 #include "isa.h"
 
 #include <math.h>
-
-static float canonical(float value)
-{
-    return isnan(value) ? (float)NAN : value;
-}
 
 static float weight(blend_factor factor, const float s[4], const float t[4], int c)
 {
@@ -32,9 +28,9 @@ static float blend_component(blend_equation equation, blend_factor source, blend
 {
     const float f = weight(source, s, t, c), g = weight(destination, s, t, c);
     switch (equation) {
-    case EQUATION_add: return canonical(s[c] * f + t[c] * g);
-    case EQUATION_subtract: return canonical(s[c] * f - t[c] * g);
-    case EQUATION_reverse_subtract: return canonical(t[c] * g - s[c] * f);
+    case EQUATION_add: return float_canonical(s[c] * f + t[c] * g);
+    case EQUATION_subtract: return float_canonical(s[c] * f - t[c] * g);
+    case EQUATION_reverse_subtract: return float_canonical(t[c] * g - s[c] * f);
     case EQUATION_min: return s[c] < t[c] || isnan(t[c]) ? s[c] : t[c];
     case EQUATION_max: return s[c] > t[c] || isnan(t[c]) ? s[c] : t[c];
     case BLEND_EQUATION_COUNT: break;

@@ -47,21 +47,15 @@ static bool within(const flow *flow, guard inner, guard outer)
     }
 }
 
-static bool is_source(operand_kind kind)
-{
-    return kind == OPERAND_SRC || kind == OPERAND_CSRC || kind == OPERAND_ASRC;
-}
-
 static bool reads(instruction i, int reg)
 {
     const opcode_row *row = &opcode_table[i.op];
-    return (is_source(row->a) && i.a == reg) || (is_source(row->b) && i.b == reg) || (i.op == OP_put && i.d == reg);
+    return (operand_is_source(row->a) && i.a == reg) || (operand_is_source(row->b) && i.b == reg) || (i.op == OP_put && i.d == reg);
 }
 
 static bool writes(instruction i, int reg)
 {
-    const operand_kind d = opcode_table[i.op].d;
-    return (d == OPERAND_REG || d == OPERAND_COLOR || d == OPERAND_ANY) && i.d == reg;
+    return operand_is_register(opcode_table[i.op].d) && i.d == reg;
 }
 
 // Whether readers of the register that `ld` at w fills may look at its plane.
@@ -91,9 +85,9 @@ static void alias(const flow *flow, int w)
     const bound_source plane = {(uint8_t)(BASE_PLANE + load.a), 0, 0};
     for (int u = w + 1; u < kernel->count; u++) {
         const opcode_row *row = &opcode_table[kernel->words[u].op];
-        if (is_source(row->a) && kernel->words[u].a == load.d)
+        if (operand_is_source(row->a) && kernel->words[u].a == load.d)
             kernel->code[u].source_a = plane;
-        if (is_source(row->b) && kernel->words[u].b == load.d)
+        if (operand_is_source(row->b) && kernel->words[u].b == load.d)
             kernel->code[u].source_b = plane;
     }
     kernel->code[w].op = OP_count;  // which is counted and does nothing

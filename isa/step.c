@@ -18,11 +18,6 @@ typedef struct stepper {
     stepped *out;
 } stepper;
 
-static float canonical(float value)
-{
-    return isnan(value) ? bits_float(0x7fc00000u) : value;
-}
-
 static bool predicate(const stepper *s, int field)
 {
     const bool value = (field & 7) == 0 || s->state->predicates[field & 7];
@@ -48,7 +43,7 @@ static void color(const stepper *s, int source, uint32_t value[4])
     const bool fragment = source == SOURCE_FRAGMENT_COLOR || source == SOURCE_FRAGMENT_PREMUL;
     const float *from = fragment ? s->fragment->rgba : s->state->colors[source - SOURCE_COLOR];
     for (int c = 0; c < 4; c++)
-        value[c] = float_bits(source == SOURCE_FRAGMENT_PREMUL && c < 3 ? canonical(from[c] * from[3]) : from[c]);
+        value[c] = float_bits(source == SOURCE_FRAGMENT_PREMUL && c < 3 ? float_canonical(from[c] * from[3]) : from[c]);
 }
 
 // Whether the instruction's d or a is a colour where the opcode takes either kind.
@@ -166,10 +161,10 @@ static void execute(stepper *s, instruction i)
     case OP_xor: write_scalar(s, i.d, a ^ b); break;
     case OP_min: write_scalar(s, i.d, a < b ? a : b); break;
     case OP_max: write_scalar(s, i.d, a < b ? b : a); break;
-    case OP_fadd: write_scalar(s, i.d, float_bits(canonical(fa + fb))); break;
-    case OP_fsub: write_scalar(s, i.d, float_bits(canonical(fa - fb))); break;
-    case OP_fmul: write_scalar(s, i.d, float_bits(canonical(fa * fb))); break;
-    case OP_fdiv: write_scalar(s, i.d, float_bits(canonical(fa / fb))); break;
+    case OP_fadd: write_scalar(s, i.d, float_bits(float_canonical(fa + fb))); break;
+    case OP_fsub: write_scalar(s, i.d, float_bits(float_canonical(fa - fb))); break;
+    case OP_fmul: write_scalar(s, i.d, float_bits(float_canonical(fa * fb))); break;
+    case OP_fdiv: write_scalar(s, i.d, float_bits(float_canonical(fa / fb))); break;
     case OP_fpow: write_scalar(s, i.d, execute_fpow(a, b)); break;
     case OP_ftou: write_scalar(s, i.d, execute_ftou(a)); break;
     case OP_utof: write_scalar(s, i.d, execute_utof(a)); break;

@@ -41,6 +41,10 @@ int command_next(command_line *line);
 bool command_uint(const char *option, const char *text, uint64_t min, uint64_t max, uint64_t *value);
 bool command_double(const char *option, const char *text, double min, double max, double *value);
 
+// --threads N and --memory MIB, which several commands have.
+bool command_threads(const char *value, int *threads);
+bool command_memory(const char *value, uint64_t *bytes);
+
 // Says that the words are off, names `ropsim COMMAND --help`, returns STATUS_USAGE.
 status command_usage(const char *command, const char *why);
 

@@ -39,16 +39,8 @@ static bool take_option(int option, const char *value, order_words *words)
             return false;
         words->options.block_pixels = (uint32_t)number;
         return true;
-    case ROW_THREADS:
-        if (!command_uint("threads", value, 0, COMMAND_THREADS_MAX, &number))
-            return false;
-        words->options.threads = (int)number;
-        return true;
-    case ROW_MEMORY:
-        if (!command_uint("memory", value, 1, UINT64_MAX >> 20, &number))
-            return false;
-        words->options.memory_bytes = number << 20;
-        return true;
+    case ROW_THREADS: return command_threads(value, &words->options.threads);
+    case ROW_MEMORY: return command_memory(value, &words->options.memory_bytes);
     default: return true;  // --set: taken when the machine is known
     }
 }

@@ -48,17 +48,9 @@ static bool take_option(int option, const char *value, run_words *words)
     case ROW_IMAGE: words->image = value; return true;
     case ROW_JSON: words->json = value; return true;
     case ROW_NO_REFERENCE: words->options.reference = false; return true;
-    case ROW_THREADS:
-        if (!command_uint("threads", value, 0, COMMAND_THREADS_MAX, &number))
-            return false;
-        words->options.threads = (int)number;
-        return true;
+    case ROW_THREADS: return command_threads(value, &words->options.threads);
     case ROW_ITERATIONS: return command_uint("max-iterations", value, 0, UINT64_MAX, &words->options.max_iterations);
-    case ROW_MEMORY:
-        if (!command_uint("memory", value, 1, UINT64_MAX >> 20, &number))
-            return false;
-        words->options.memory_bytes = number << 20;
-        return true;
+    case ROW_MEMORY: return command_memory(value, &words->options.memory_bytes);
     case ROW_VECTORS:
         if (!command_uint("vector-bytes", value, 0, 64, &number))
             return false;

@@ -131,6 +131,24 @@ bool command_double(const char *option, const char *text, double min, double max
     return false;
 }
 
+bool command_threads(const char *value, int *threads)
+{
+    uint64_t number = 0;
+    if (!command_uint("threads", value, 0, COMMAND_THREADS_MAX, &number))
+        return false;
+    *threads = (int)number;
+    return true;
+}
+
+bool command_memory(const char *value, uint64_t *bytes)
+{
+    uint64_t mebibytes = 0;
+    if (!command_uint("memory", value, 1, UINT64_MAX >> 20, &mebibytes))
+        return false;
+    *bytes = mebibytes << 20;
+    return true;
+}
+
 status command_usage(const char *command, const char *why)
 {
     return report_error(&command_report, STATUS_USAGE, "%s; `ropsim %s --help` tells more", why, command);
