@@ -188,17 +188,12 @@ static status measure(measuring *m)
 // Takes one word; false after saying what is wrong with it.
 static bool take_word(int option, const char *value, measuring *m)
 {
-    uint64_t threads = 0;
     switch (option) {
     case ROW_OUT: m->svg = value; return true;
     case ROW_CSV: m->csv = value; return true;
     case ROW_MACHINE: m->machine_name = value; return true;
     case ROW_SIZE: return command_uint("size", value, 1, 4096, &m->size);
-    case ROW_THREADS:
-        if (!command_uint("threads", value, 0, COMMAND_THREADS_MAX, &threads))
-            return false;
-        m->run.threads = (int)threads;
-        return true;
+    case ROW_THREADS: return command_threads(value, &m->run.threads);
     case ROW_PROGRAM:
         if (m->program_count == PROGRAMS_MAX)
             return command_usage("curve", "too many programs") == STATUS_OK;

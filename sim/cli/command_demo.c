@@ -151,11 +151,7 @@ static bool take_word(int option, const char *value, demo *demo)
             return false;
         demo->record.samples = (uint32_t)number;
         return true;
-    case ROW_THREADS:
-        if (!command_uint("threads", value, 0, COMMAND_THREADS_MAX, &number))
-            return false;
-        demo->run.threads = (int)number;
-        return true;
+    case ROW_THREADS: return command_threads(value, &demo->run.threads);
     case COMMAND_OPERAND:
         if (demo->scene_count == SCENES_MAX) {
             report_error(&command_report, STATUS_USAGE, "at most %d scenes at a time", SCENES_MAX);

@@ -68,7 +68,6 @@ static bool take_sample(const char *text, uint32_t place[3])
 // Takes one option; false after saying what is wrong with it.
 static bool take_option(int option, const char *value, history_words *words)
 {
-    uint64_t number = 0;
     run_options *run = &words->options.run;
     switch (option) {
     case ROW_SAMPLE: words->sample = value; return take_sample(value, words->place);
@@ -79,11 +78,7 @@ static bool take_option(int option, const char *value, history_words *words)
     case ROW_MACHINE: words->machine = value; return true;
     case ROW_ITERATIONS: return command_uint("max-iterations", value, 0, UINT64_MAX, &run->max_iterations);
     case ROW_RATIO: return command_double("occlusion-ratio", value, 0, 1, &run->occlusion_ratio);
-    case ROW_THREADS:
-        if (!command_uint("threads", value, 0, COMMAND_THREADS_MAX, &number))
-            return false;
-        run->threads = (int)number;
-        return true;
+    case ROW_THREADS: return command_threads(value, &run->threads);
     default: return true;  // --set: taken when the machine is known
     }
 }

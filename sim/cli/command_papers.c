@@ -60,11 +60,7 @@ static bool take_word(int option, const char *value, papers *papers)
         papers->setup.slices = (uint32_t)number;
         return true;
     case ROW_BUCKETS: return command_uint("buckets", value, 1, UINT32_MAX, &papers->setup.mesh.order_parameter);
-    case ROW_THREADS:
-        if (!command_uint("threads", value, 0, COMMAND_THREADS_MAX, &number))
-            return false;
-        papers->run.threads = (int)number;
-        return true;
+    case ROW_THREADS: return command_threads(value, &papers->run.threads);
     case COMMAND_OPERAND:
         if (papers->word_count == PAPER_MESHES_MAX) {
             report_error(&command_report, STATUS_USAGE, "at most %d meshes at a time", PAPER_MESHES_MAX);

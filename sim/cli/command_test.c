@@ -25,7 +25,6 @@ typedef struct test_words {
 static bool take_words(int argc, char **argv, test_words *words, status *code)
 {
     command_line line = {.argc = argc, .argv = argv, .options = option_rows};
-    uint64_t threads = 0;
     for (int option; (option = command_next(&line)) != COMMAND_END;) {
         *code = option == COMMAND_HELP ? STATUS_OK : STATUS_USAGE;
         switch (option) {
@@ -33,9 +32,8 @@ static bool take_words(int argc, char **argv, test_words *words, status *code)
         case COMMAND_ERROR: return false;
         case COMMAND_OPERAND: words->paths[words->path_count++] = line.value; break;
         case ROW_THREADS:
-            if (!command_uint("threads", line.value, 0, COMMAND_THREADS_MAX, &threads))
+            if (!command_threads(line.value, &words->options.threads))
                 return false;
-            words->options.threads = (int)threads;
             break;
         case ROW_TAP: words->tap = true; break;
         case ROW_JUNIT: words->junit = line.value; break;
