@@ -216,11 +216,13 @@ static void start(dispatch *x, const bound_kernel *kernel)
     x->bits[0] = batch->lanes;
 }
 
-INLINED void run(dispatch *x, const bound_kernel *kernel, uint64_t *counts, span n)
+INLINED void run(dispatch *x, const bound_kernel *kernel, uint64_t *counts, span n, lane_log *log)
 {
     uint64_t waiting[LOWERED_MAX + 1];
     if (kernel->has_skip)
         memset(waiting, 0, sizeof *waiting * ((size_t)kernel->count + 1));
+    if (kernel->has_skip && log)  // what all lanes skip is not met below
+        memset(log, 0, sizeof *log * (size_t)kernel->count);
 
     for (int at = 0; at < kernel->count; at++) {
         const bound_instruction *const i = &kernel->code[at];
@@ -229,6 +231,8 @@ INLINED void run(dispatch *x, const bound_kernel *kernel, uint64_t *counts, span
             waiting[at] = 0;
         }
         const uint64_t lanes = x->bits[0] & predicate(x, i->guard, i->guard_negated);
+        if (log)
+            log[at] = (lane_log){x->bits[0], lanes, 0};
         if (!lanes) {
             if (i->writes_predicate)
                 set_predicate(x, i->d, 0);
@@ -270,6 +274,8 @@ INLINED void run(dispatch *x, const bound_kernel *kernel, uint64_t *counts, span
         case OP_skip: at = skip_lanes(x, i, at, lanes, waiting) - 1; break;
         case BOUND_BLEND_IN_PLANE: blend_in_plane(x, i, lanes, n); break;
         }
+        if (log && i->writes_predicate)
+            log[at].outcome = x->bits[i->d];
     }
 }
 
@@ -286,8 +292,10 @@ void EXECUTE_NAME(const bound_program *bound, int k, const tile_plane *planes, c
     x->batch = batch;
     start(x, kernel);
     const span n = {__builtin_ctzll(batch->lanes) / LANES, (63 - __builtin_clzll(batch->lanes)) / LANES + 1};
-    if (n.first == 0 && n.last == TILE_LANES / LANES)
-        run(x, kernel, counts, (span){0, TILE_LANES / LANES});
+    if (batch->log)
+        run(x, kernel, counts, n, batch->log);
+    else if (n.first == 0 && n.last == TILE_LANES / LANES)
+        run(x, kernel, counts, (span){0, TILE_LANES / LANES}, NULL);
     else
-        run(x, kernel, counts, n);
+        run(x, kernel, counts, n, NULL);
 }

@@ -371,6 +371,13 @@ void bound_clear_value(const bound_program *bound, const step *clear, uint32_t v
 // keeps them. Aligned to 64 bytes.
 typedef uint32_t *tile_plane;
 
+// What one dispatch did at an instruction, a bit a lane.
+typedef struct lane_log {
+    uint64_t active;    // had not skipped ahead
+    uint64_t executed;  // of these, those whose guard held: what `counts` counts
+    uint64_t outcome;   // what the predicate that it writes holds afterwards; 0 if it writes none
+} lane_log;
+
 // One batch: at most one fragment a lane. Arrays of 64, aligned to 4; lanes outside `lanes` are not used
 // but must be readable. NULL where bound_depth_formats / bound_reads say the program does not look.
 typedef struct batch {
@@ -378,6 +385,7 @@ typedef struct batch {
     const uint32_t *depth[FORMAT_COUNT];
     const float *rgba[4];
     const uint32_t *primitive;
+    lane_log *log;  // NULL, or one entry for each of the kernel's instructions, which the dispatch fills
 } batch;
 
 // Runs kernel k over one batch. `planes[i]` is plane i of the tile. `counts[j]` grows by the number of

@@ -1,0 +1,259 @@
+// Levels of detail below `function`: what passes touch, what that costs in bytes and in cycles.
+//
+//   arrival_run --stamps--> memory_stamp (caches, compression: bytes) --lines--> clock_stamp (units, DRAM: cycles)
+//
+// Time never changes pixels, and pixels never know time: sim/replay hands out what it executes in order of arrival and
+// takes nothing back; sim/mem sees masks and content, never time; sim/clock sees which lines a stamp touched. Since
+// every cache meets its stamps in order of arrival, hits, misses and bytes do not depend on time either: the levels traffic
+// and cycle give the same bytes. docs/machine.md describes the machine and every approximation.
+//
+// Words: a *block* is 64 samples (tile of the replay). A *stamp* is what one primitive covers of one block. A *line* is a
+// cache's unit: a block of one plane, or an equal part of it where the block is larger than line_bytes.
+#ifndef ROPSIM_LEVELS_H
+#define ROPSIM_LEVELS_H
+
+#include "sim.h"
+
+// ---- Statistics ----------------------------------------------------------------------------------------
+
+typedef struct statistics {
+#define STAT(name, level, unit, meaning) uint64_t name;
+#include "stats.def"
+#undef STAT
+} statistics;
+
+enum {
+#define STAT(name, level, unit, meaning) STAT_INDEX_##name,
+#include "stats.def"
+#undef STAT
+    STATISTIC_COUNT
+};
+
+typedef enum detail_level { DETAIL_FUNCTION, DETAIL_TRAFFIC, DETAIL_CYCLE, DETAIL_COUNT } detail_level;
+extern const char *const detail_level_names[DETAIL_COUNT];
+
+typedef struct statistic_row {
+    const char *name, *unit, *meaning;
+    detail_level level;
+} statistic_row;
+extern const statistic_row statistic_rows[STATISTIC_COUNT];
+
+enum {
+#define DERIVED(name, level, unit, expression, meaning) DERIVED_INDEX_##name,
+#include "stats.def"
+#undef DERIVED
+    DERIVED_COUNT
+};
+extern const statistic_row derived_rows[DERIVED_COUNT];
+// NaN where it is no number.
+double derived_value(int index, const statistics *statistics, const machine *machine);
+
+// All fields are uint64_t: a region of a run is end minus start.
+void statistics_add(statistics *sum, const statistics *more);
+statistics statistics_since(const statistics *now, const statistics *then);
+static inline uint64_t statistic_value(const statistics *statistics, int index)
+{
+    return ((const uint64_t *)(const void *)statistics)[index];
+}
+
+// ---- Passes and stamps (from sim/replay) ---------------------------------------------------------------
+
+typedef enum pass_kind { PASS_DRAW, PASS_FULLSCREEN, PASS_COPY, PASS_CLEAR } pass_kind;
+
+typedef struct pass_info {
+    pass_kind kind;
+    char name[NAME_SIZE];         // of the kernel or pass; of a copy or clear: the plane written
+    uint64_t number;              // geometry (but opaque) and full-screen passes from 1 in the order they run; 0: another
+    uint64_t iteration;           // of the outermost repeats, from 1; 0 outside
+    bool free_kernel;             // one unit runs it; else the depth and the colour unit do
+    bool hierarchical, early;     // the pass allows it (the machine may not have it)
+    uint32_t shader_operations;   // of a fragment; 0: nothing is shaded
+    uint64_t triangles, vertices; // of the draws drawn
+    uint64_t primitives;          // runs of stamps of one primitive each that will come
+    uint64_t binned;              // tile-based: pairs of primitive and region
+    uint8_t plane;                // PASS_CLEAR: storage cleared
+} pass_info;
+
+// Which lanes of a plane a stamp read or wrote, by which unit. `plane` is a storage number: planes that swap change names.
+typedef enum access_unit { ACCESS_TEXTURE, ACCESS_DEPTH, ACCESS_COLOR, ACCESS_UNITS } access_unit;
+typedef struct plane_access {
+    uint8_t plane;
+    access_unit unit;             // of ROP accesses: by the plane's format, also in free kernels
+    uint64_t read, written;       // lanes
+} plane_access;
+
+typedef struct stamp {
+    uint32_t tile;                // number of the block, by rows
+    uint32_t draw;                // index in trace_info.draws; UINT32_MAX: full-screen or copy
+    bool begins_primitive;        // the first stamp of its primitive
+    bool begins_region;           // tile-based: the first of its region in this pass
+    bool hierarchical;            // the block's range of depths shows that no lane can pass
+    uint64_t lanes;               // covered
+    uint64_t shaded;              // of these: all, or those that passed an early depth test
+    uint64_t alive;               // of these: not discarded by the shader or its clip
+    uint64_t passed;              // of these: got through stencil and depth test
+    uint32_t kernel_slots;        // free kernels: issue slots over all quads
+    uint32_t quads, quads_shaded, quads_passed;  // quads with such a lane
+    uint32_t texture_reads;       // quads times planes read as textures
+    uint32_t list_bytes;          // appended to or read from lists of fragments
+    const plane_access *accesses; // valid during the call
+    int access_count;
+} stamp;
+
+// The frame that passes work on, as the models see it. Lanes of a block: lane = (y * tile_width + x) * samples + sample.
+typedef struct frame {
+    uint32_t width, height, samples;
+    uint32_t tile_width, tile_height, columns, rows, tile_count;
+    int plane_count;
+    char plane_names[PLANE_MAX][NAME_SIZE];
+    format plane_formats[PLANE_MAX];
+    int plane_bits[PLANE_MAX];    // of a sample in memory
+    uint32_t draw_count;
+    // What plane storage `plane` of a block holds now: 64 words, or 4 x 64 of a colour plane.
+    const uint32_t *(*contents)(void *user, int plane, uint32_t tile);
+    void *user;
+} frame;
+
+// Takes passes in order. A status other than STATUS_OK ends the run.
+typedef struct stamp_sink {
+    status (*begin_pass)(void *user, const pass_info *pass);
+    status (*stamp)(void *user, const stamp *stamp);
+    status (*end_pass)(void *user);
+    void *user;
+} stamp_sink;
+
+typedef struct arrival arrival;
+typedef struct arrival_options {
+    uint64_t memory_bytes;        // budget of stamps in memory; 0: 4 GiB. A trace that needs more is read anew for each pass
+    int vector_bytes;             // as in run_options
+    uint32_t region_pixels;       // tile-based: side of a region; 0: order of arrival
+    const uint8_t *tiles;         // NULL, or one a block: only those that are not 0 are replayed
+    bool hierarchical, early;     // the machine's
+} arrival_options;
+
+// Prepares the replay of a program pass by pass, in order of arrival. `function`: the result of replay_run with
+// log_conditions on the same program, machine and trace: it settles how often loops run. All must outlive the arrival.
+status arrival_create(const program *program, const machine *machine, trace *trace, const run_result *function,
+                      const arrival_options *options, const report *report, arrival **arrival);
+void arrival_destroy(arrival *arrival);  // NULL is fine
+const frame *arrival_frame(const arrival *arrival);
+status arrival_run(arrival *arrival, const stamp_sink *sink);
+// After arrival_run over all tiles: STATUS_REFUSED, as an internal error, unless every plane holds what keep_planes of
+// `function` says.
+status arrival_check(const arrival *arrival);
+
+// ---- Lines (from sim/mem) ------------------------------------------------------------------------------
+
+// Bytes that go between a cache and what lies behind it.
+typedef struct transfer {
+    uint64_t address;             // in the partition's channel
+    uint32_t bytes;               // whole bursts; 0: nothing moves
+    bool compressed;
+    bool on_chip;                 // the second level has it: no read of memory
+    uint32_t evicted_bytes;       // written to memory since the second level made room; 0: nothing
+    uint64_t evicted_address;
+} transfer;
+
+typedef struct line_touch {
+    uint32_t slot;                // of the cache: set * ways + way
+    bool miss;
+    transfer fill, spill;         // read; written back before
+} line_touch;
+
+// What a stamp touches in each unit's caches. A free kernel's depth and colour touches are of one unit, in this order.
+typedef struct stamp_lines {
+    uint32_t partition;
+    const line_touch *touches[ACCESS_UNITS];
+    int counts[ACCESS_UNITS];
+    uint64_t stream_address;      // lists of fragments
+    uint32_t stream_read, stream_written;  // bytes that pass by the caches
+} stamp_lines;
+
+typedef struct plane_traffic { uint64_t read, written; } plane_traffic;  // memory bytes
+
+typedef struct memory memory;
+status memory_create(const machine *machine, const frame *frame, const report *report, memory **memory);
+void memory_destroy(memory *memory);  // NULL is fine
+// Slots of a partition's cache, all of them of the same size: for arrays a slot.
+uint32_t memory_slots(const memory *memory, access_unit cache);
+void memory_begin_pass(memory *memory, const pass_info *pass, statistics *statistics);
+// Valid until the next call.
+const stamp_lines *memory_stamp(memory *memory, const stamp *stamp, statistics *statistics);
+// After a pass, until it returns false: the next line written back of those still changed; at the end of the run
+// (`last`) those of the second level as well. Touches of one cache of one partition, one at a time.
+bool memory_flush(memory *memory, bool last, uint32_t *partition, access_unit *cache, transfer *transfer, statistics *statistics);
+const plane_traffic *memory_planes(const memory *memory);  // by plane storage, since the start
+// STATUS_REFUSED if what went in is not what came out.
+status memory_check(const memory *memory, const statistics *total, const report *report);
+// Least and most lines that a set of a cache holds, over all partitions: how evenly sets are used.
+void memory_occupancy(const memory *memory, access_unit cache, uint32_t *least, uint32_t *most, uint32_t *sets);
+
+// ---- Time (from sim/clock) -----------------------------------------------------------------------------
+
+typedef struct clock_state clock_state;
+typedef struct clock_config {
+    const char *requests_path, *requests_format;  // NULL, or requests to memory as they are issued, see docs/dram.md
+    const char *timeline_path;                    // NULL, or a timeline that Perfetto opens
+} clock_config;
+
+status clock_create(const machine *machine, const frame *frame, const uint32_t slots[ACCESS_UNITS], const clock_config *config,
+                    const report *report, clock_state **clock);
+void clock_destroy(clock_state *clock);  // NULL is fine
+status clock_begin_pass(clock_state *clock, const pass_info *pass);
+status clock_stamp(clock_state *clock, const stamp *stamp, const stamp_lines *lines, statistics *statistics);
+// All stamps were handed in: runs until every unit is idle.
+status clock_end_stamps(clock_state *clock, statistics *statistics);
+// Then each line of memory_flush, then clock_end_pass, which ends when everything is drained.
+status clock_flush(clock_state *clock, uint32_t partition, access_unit cache, const transfer *transfer);
+status clock_end_pass(clock_state *clock, statistics *statistics);
+uint64_t clock_now(const clock_state *clock);   // cycle at which the last pass was drained
+status clock_finish(clock_state *clock);        // completes the files of clock_config
+
+// What a pass cannot go below, whatever the rest of the machine does; its index in clock_resource_names.
+typedef enum clock_resource {
+    RESOURCE_GEOMETRY, RESOURCE_RASTER, RESOURCE_SHADER, RESOURCE_TEXTURE, RESOURCE_DEPTH, RESOURCE_COLOR, RESOURCE_KERNEL,
+    RESOURCE_MEMORY, RESOURCE_CLEAR, RESOURCE_COUNT
+} clock_resource;
+extern const char *const clock_resource_names[RESOURCE_COUNT];
+// Of the last pass: cycles that its busiest partition of each resource was taken; none is above the pass's cycles.
+const uint64_t *clock_pass_bounds(const clock_state *clock);
+
+// ---- A whole run (sim/detail) --------------------------------------------------------------------------
+
+typedef struct pass_record {
+    pass_info info;
+    statistics statistics;
+    uint64_t start, last_fragment, drained;  // cycles since the run's start
+    uint64_t bounds[RESOURCE_COUNT];
+    int bound_by;                            // resource; RESOURCE_COUNT: latency, none was taken half of the time
+} pass_record;
+
+typedef struct detail_result {
+    detail_level level;
+    machine machine;
+    statistics total;
+    pass_record *passes;  uint64_t pass_count;
+    statistics *draws;    uint32_t draw_count;             // of each draw, over all passes; what no draw caused is in no row
+    statistics *iterations; uint64_t iteration_count;      // [0]: outside of repeats
+    plane_traffic planes[PLANE_MAX]; char plane_names[PLANE_MAX][NAME_SIZE]; int plane_count;
+    uint64_t cycles, drained_cycles;                       // last fragment; everything, the second level's lines too
+    uint64_t bound_cycles;                                 // sum over passes of the largest of bounds: no run is faster
+    struct { uint32_t least, most, sets; } occupancy[ACCESS_UNITS];
+    double wall_seconds;                                   // of this level, without the function level's run
+} detail_result;
+
+typedef struct detail_options {
+    detail_level level;
+    const clock_config *clock;  // NULL: no files
+    uint64_t memory_bytes;
+    const uint8_t *tiles;       // as arrival_options
+} detail_options;
+
+// `function` as for arrival_create, with keep_planes where tiles is NULL. Conservation is checked in every run.
+status detail_run(const program *program, const machine *machine, trace *trace, const run_result *function,
+                  const detail_options *options, const report *report, detail_result **result);
+void detail_destroy(detail_result *result);  // NULL is fine
+// STATUS_REFUSED with the reason if keys of the machine contradict each other.
+status machine_check(const machine *machine, const report *report);
+
+#endif
