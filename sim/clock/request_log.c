@@ -62,9 +62,9 @@ struct request_log {
     const log_format *format;
     uint32_t burst_bytes;
     uint64_t channels;                               // of the flat address: a power of two
-    uint64_t calls, late, core_cycle, memory_clock;  // the last two: reached in the file
+    uint64_t calls, late, core_cycle, memory_clock;  // the last two: what the file has reached
     uint32_t held;
-    held_request heap[REQUEST_LOG_HELD];
+    held_request heap[REQUEST_LOG_HELD + 1];
 };
 
 status request_log_open(const char *path, const char *format, uint32_t burst_bytes, int channels, const report *report,
@@ -143,12 +143,11 @@ static void write_earliest(request_log *log)
 {
     const held_request top = heap_pop(log);
     const logged_request *request = &top.request;
-    if (request->core_cycle < log->core_cycle) {
-        log->late++;
-    } else {
+    if (request->core_cycle > log->core_cycle) {
         log->core_cycle = request->core_cycle;
         log->memory_clock = request->memory_clock;
     }
+    // A late one has the cycle of the line before, so that cycles never go back.
     for (uint64_t done = 0; done < request->bytes; done += log->burst_bytes) {
         uint64_t burst = (request->address + done) / log->burst_bytes;
         log->format->print(log->file,
@@ -167,9 +166,10 @@ static void write_earliest(request_log *log)
 void request_log_add(request_log *log, const logged_request *request)
 {
     assert(request->channel >= 0 && (uint64_t)request->channel < log->channels);
-    if (log->held == REQUEST_LOG_HELD)
-        write_earliest(log);
+    log->late += request->core_cycle < log->core_cycle;
     heap_push(log, &(held_request){*request, log->calls++});
+    if (log->held > REQUEST_LOG_HELD)
+        write_earliest(log);
 }
 
 uint64_t request_log_late(const request_log *log)
