@@ -86,7 +86,6 @@ typedef struct stamp {
     uint32_t tile;                // number of the block, by rows
     uint32_t draw;                // index in trace_info.draws; UINT32_MAX: full-screen or copy
     bool begins_primitive;        // the first stamp of its primitive
-    bool begins_region;           // tile-based: the first of its region in this pass
     bool hierarchical;            // the block's range of depths shows that no lane can pass
     uint64_t lanes;               // covered
     uint64_t shaded;              // of these: all, or those that passed an early depth test
@@ -104,6 +103,7 @@ typedef struct stamp {
 typedef struct frame {
     uint32_t width, height, samples;
     uint32_t tile_width, tile_height, columns, rows, tile_count;
+    uint64_t quad_corners;        // the first lane of each quad
     int plane_count;
     char plane_names[PLANE_MAX][NAME_SIZE];
     format plane_formats[PLANE_MAX];
@@ -113,6 +113,16 @@ typedef struct frame {
     const uint32_t *(*contents)(void *user, int plane, uint32_t tile);
     void *user;
 } frame;
+
+// The quads that lanes lie in, as a mask of each quad's first lane.
+static inline uint64_t frame_quads(const frame *frame, uint64_t lanes)
+{
+    for (uint32_t step = 1; step < frame->samples; step *= 2)
+        lanes |= lanes >> step;
+    lanes |= lanes >> frame->samples;
+    lanes |= lanes >> (frame->samples * frame->tile_width);
+    return lanes & frame->quad_corners;
+}
 
 // Takes passes in order. A status other than STATUS_OK ends the run.
 typedef struct stamp_sink {
@@ -156,7 +166,8 @@ typedef struct transfer {
 
 typedef struct line_touch {
     uint32_t slot;                // of the cache: set * ways + way
-    bool miss;
+    bool miss;                    // it was not there, or not all of it
+    bool replaces;                // another line, whose users must be done
     transfer fill, spill;         // read; written back before
 } line_touch;
 
@@ -170,6 +181,27 @@ typedef struct stamp_lines {
 } stamp_lines;
 
 typedef struct plane_traffic { uint64_t read, written; } plane_traffic;  // memory bytes
+
+// Lines that a block of a plane takes: a power of two.
+static inline uint32_t block_lines(const machine *machine, int plane_bits)
+{
+    uint32_t lines = 1;
+    while ((int64_t)TILE_LANES * plane_bits / 8 / lines > machine->line_bytes)
+        lines *= 2;
+    return lines;
+}
+
+// Whole lines of indices, vertices and binned primitives that a pass reads, and writes, in turn from all channels.
+static inline uint64_t geometry_reads(const machine *machine, const pass_info *pass)
+{
+    const uint64_t bytes = pass->triangles * (uint64_t)machine->triangle_bytes + pass->vertices * (uint64_t)machine->vertex_bytes +
+                           pass->binned * (uint64_t)machine->binned_bytes;
+    return (bytes + (uint64_t)machine->line_bytes - 1) / (uint64_t)machine->line_bytes;
+}
+static inline uint64_t geometry_writes(const machine *machine, const pass_info *pass)
+{
+    return (pass->binned * (uint64_t)machine->binned_bytes + (uint64_t)machine->line_bytes - 1) / (uint64_t)machine->line_bytes;
+}
 
 typedef struct memory memory;
 status memory_create(const machine *machine, const frame *frame, const report *report, memory **memory);

@@ -51,15 +51,12 @@ static status each_by_region(arrival *a, const step *step, stamp_body *body)
 {
     const stamps *s = &a->stamps;
     status status = STATUS_OK;
-    uint32_t last = UINT32_MAX;
     for (uint64_t i = 0; status == STATUS_OK && i < s->stamp_count; i++) {
         const stamp_chunk *chunk = &s->chunks[s->by_region[i].chunk];
         const stamp_record *record = &chunk->records[s->by_region[i].record];
         if (!draws_class(a, step, record->draw))
             continue;
-        const uint32_t region = stamps_region(s, record->tile);
-        status = body(a, step, chunk, record, region != last);
-        last = region;
+        status = body(a, step, chunk, record);
     }
     return status;
 }
@@ -72,13 +69,13 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
     for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;)
         for (uint32_t i = 0; status == STATUS_OK && i < chunk->count; i++)
             if (draws_class(a, step, chunk->records[i].draw))
-                status = body(a, step, chunk, &chunk->records[i], false);
+                status = body(a, step, chunk, &chunk->records[i]);
     return status;
 }
 
-static status draw_stamp(arrival *a, const step *step, const stamp_chunk *chunk, const stamp_record *record, bool begins_region)
+static status draw_stamp(arrival *a, const step *step, const stamp_chunk *chunk, const stamp_record *record)
 {
-    stamp stamp = {.begins_primitive = record->begins_primitive, .begins_region = begins_region};
+    stamp stamp = {.begins_primitive = record->begins_primitive};
     stamp_execute(a, step->kernel, chunk, record, record->tile, record->lanes, &stamp);
     return a->sink->stamp(a->sink->user, &stamp);
 }
@@ -93,13 +90,9 @@ static status draw(arrival *a, const step *step)
 }
 
 // The blocks of an image by rows; on a tile-based machine, by regions.
-static uint32_t tile_in_order(const arrival *a, uint32_t i, bool *begins_region)
+static uint32_t tile_in_order(const arrival *a, uint32_t i)
 {
-    *begins_region = false;
-    if (!a->options.region_pixels)
-        return i;
-    *begins_region = i == 0 || stamps_region(&a->stamps, a->frame_order[i]) != stamps_region(&a->stamps, a->frame_order[i - 1]);
-    return a->frame_order[i];
+    return a->frame_order ? a->frame_order[i] : i;
 }
 
 static bool tile_wanted(const arrival *a, uint32_t tile)
@@ -114,7 +107,7 @@ static status fullscreen(arrival *a, const step *step)
     bool empty_done = false;
     for (uint32_t i = 0; status == STATUS_OK && i < a->tiling.tile_count; i++) {
         stamp stamp = {0};
-        const uint32_t tile = tile_in_order(a, i, &stamp.begins_region);
+        const uint32_t tile = tile_in_order(a, i);
         if (!tile_wanted(a, tile))
             continue;
         const bool empty = a->storage_of_tile[tile] == UINT32_MAX;
@@ -146,7 +139,7 @@ static status copy(arrival *a, const step *step)
     bool empty_done = false;
     for (uint32_t i = 0; status == STATUS_OK && i < a->tiling.tile_count; i++) {
         stamp stamp = {0};
-        const uint32_t tile = tile_in_order(a, i, &stamp.begins_region);
+        const uint32_t tile = tile_in_order(a, i);
         if (!tile_wanted(a, tile))
             continue;
         const bool empty = a->storage_of_tile[tile] == UINT32_MAX;

@@ -83,7 +83,7 @@ void stamp_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const
 // Leaves of a full-screen stamp only what it did to these lanes.
 void stamp_cut(arrival *arrival, uint64_t lanes, stamp *stamp);
 // Calls body for each stamp of the draws, in the machine's order (arrival.c).
-typedef status stamp_body(arrival *arrival, const step *step, const stamp_chunk *chunk, const stamp_record *record, bool begins_region);
+typedef status stamp_body(arrival *arrival, const step *step, const stamp_chunk *chunk, const stamp_record *record);
 status each_stamp(arrival *arrival, const step *step, stamp_body *body);
 status begin_pass(arrival *arrival, pass_kind kind, const char *name, bool numbered, const step *step, const kernel_use *use);
 // A `list` step: keeps, then sorts and blends (arrival_list.c).

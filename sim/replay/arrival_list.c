@@ -31,12 +31,12 @@ static bool keep(arrival *a, uint64_t place, uint32_t code, const stamp_chunk *c
     return true;
 }
 
-static status append_stamp(arrival *a, const step *step, const stamp_chunk *chunk, const stamp_record *record, bool begins_region)
+static status append_stamp(arrival *a, const step *step, const stamp_chunk *chunk, const stamp_record *record)
 {
     const uint32_t *codes = chunk->codes[bound_plane_format(a->bound, step->source)] + record->offset;
     const uint32_t *before = arrival_plane(a, a->plane_at[step->source], record->tile);
     stamp stamp = {.tile = record->tile, .draw = record->draw, .begins_primitive = record->begins_primitive,
-                   .begins_region = begins_region, .lanes = record->lanes, .shaded = record->lanes, .alive = record->lanes,
+                   .lanes = record->lanes, .shaded = record->lanes, .alive = record->lanes,
                    .passed = record->lanes, .accesses = a->accesses, .access_count = 1};
     uint64_t at = record->offset;
     uint32_t kept = 0;

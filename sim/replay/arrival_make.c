@@ -21,6 +21,7 @@ static void describe_frame(arrival *a, const rop_limits *limits)
     const tiling *t = &a->tiling;
     a->frame = (frame){.width = t->image_width, .height = t->image_height, .samples = t->samples, .tile_width = t->tile_width,
                        .tile_height = t->tile_height, .columns = t->columns, .rows = t->rows, .tile_count = t->tile_count,
+                       .quad_corners = t->quad_corners,
                        .plane_count = a->program->plane_count, .draw_count = trace_get_info(a->stamps.trace)->draw_count,
                        .contents = contents, .user = a};
     for (int i = 0; i < a->program->plane_count; i++) {

@@ -1,0 +1,143 @@
+// A line that is wanted or goes back in; how many bytes move, and what the second level has to do with it, out.
+//
+// The state of a line's part in memory says how many quarters it takes, or that it was cleared and takes none. On the way
+// back it is compressed by what it holds now; a line of which only some lanes were written and the rest never fetched goes
+// back as those bursts, uncompressed.
+#include "compress.h"
+#include "memory.h"
+
+static uint8_t *state_of(const memory *m, line_place at)
+{
+    const plane_layout *plane = &m->planes[at.plane];
+    return &plane->states[(size_t)at.tile * plane->parts + at.part];
+}
+
+static uint64_t lanes_of(const memory *m, line_place at)
+{
+    return part_lanes(&m->planes[at.plane], at.part) & m->valid[at.tile];
+}
+
+static uint32_t quarters_bytes(const memory *m, line_place at, uint32_t quarters)
+{
+    return round_to_bursts(m, (m->planes[at.plane].part_bytes * quarters + 3) / 4);
+}
+
+// ---- The second level ----------------------------------------------------------------------------------
+
+transfer l2_write_back(memory *m, line_place at, statistics *s)
+{
+    const transfer moved = {.on_chip = true, .evicted_bytes = quarters_bytes(m, at, *state_of(m, at)), .evicted_address = line_address(m, at)};
+    s->l2_writebacks++;
+    s->memory_bytes_written += moved.evicted_bytes;
+    m->traffic[at.plane].written += moved.evicted_bytes;
+    return moved;
+}
+
+// Makes room for the line; what was changed goes to memory.
+static cache_line *l2_replace(memory *m, cache *l2, line_place at, statistics *s, transfer *moved)
+{
+    cache_line *line = cache_victim(l2, line_set(m, l2, at));
+    if (line->id != CACHE_NONE && line->dirty) {
+        const transfer evicted = l2_write_back(m, line_of(line->id), s);
+        moved->evicted_bytes = evicted.evicted_bytes;
+        moved->evicted_address = evicted.evicted_address;
+    }
+    *line = (cache_line){.id = line_id(at)};
+    s->l2_misses++;
+    return line;
+}
+
+static cache_line *l2_line(memory *m, line_place at, statistics *s, transfer *moved, bool *hit)
+{
+    cache *l2 = &m->l2[m->partition_of[at.tile]];
+    cache_line *line = cache_find(l2, line_set(m, l2, at), line_id(at));
+    s->l2_lookups++;
+    *hit = line;
+    if (!line)
+        line = l2_replace(m, l2, at, s, moved);
+    cache_use(l2, line);
+    return line;
+}
+
+// ---- To and from the caches ----------------------------------------------------------------------------
+
+bool fetch_line(memory *m, line_place at, statistics *s, transfer *fill)
+{
+    const uint8_t state = *state_of(m, at);
+    bool hit = false;
+    if (state == STATE_CLEARED) {
+        s->fills_cleared++;
+        return false;
+    }
+    *fill = (transfer){.address = line_address(m, at), .bytes = quarters_bytes(m, at, state), .compressed = state < STATE_WHOLE};
+    s->rop_bytes_read += fill->bytes;
+    if (m->l2)
+        l2_line(m, at, s, fill, &hit);
+    fill->on_chip = hit;
+    if (!hit) {
+        s->memory_bytes_read += fill->bytes;
+        m->traffic[at.plane].read += fill->bytes;
+    }
+    return true;
+}
+
+bool write_needs_fill(const memory *m, line_place at, uint64_t written)
+{
+    const uint8_t state = *state_of(m, at);
+    return state != STATE_WHOLE && (written & lanes_of(m, at)) != lanes_of(m, at);
+}
+
+// Bytes of the bursts that hold these lanes, and where the first of them starts.
+static uint32_t burst_bytes(const memory *m, line_place at, uint64_t lanes, uint64_t *offset)
+{
+    const plane_layout *plane = &m->planes[at.plane];
+    const uint32_t burst = (uint32_t)m->machine->memory_burst_bytes, first_lane = at.part * plane->part_lanes;
+    uint32_t bytes = 0, last = UINT32_MAX;
+    for (uint64_t left = lanes; left; left &= left - 1) {
+        const uint32_t lane = (uint32_t)__builtin_ctzll(left) - first_lane;
+        const uint32_t start = lane * plane->part_bytes / plane->part_lanes / burst;
+        const uint32_t end = ((lane + 1) * plane->part_bytes + plane->part_lanes - 1) / plane->part_lanes;
+        for (uint32_t b = start; b * burst < end; b++) {
+            if (last == UINT32_MAX)
+                *offset = (uint64_t)b * burst;
+            if (last == UINT32_MAX || b > last) {
+                bytes += burst;
+                last = b;
+            }
+        }
+    }
+    return bytes;
+}
+
+void write_line(memory *m, line_place at, uint64_t valid, uint64_t dirty, statistics *s, transfer *spill)
+{
+    const plane_layout *plane = &m->planes[at.plane];
+    uint8_t *state = state_of(m, at);
+    const uint64_t lanes = lanes_of(m, at);
+    const bool whole = (valid & lanes) == lanes;
+    uint8_t quarters = STATE_WHOLE;
+    if (whole && plane->compressed)
+        quarters = (uint8_t)compress_quarters(m->frame->plane_formats[at.plane], m->frame->plane_bits[at.plane],
+                                              m->frame->contents(m->frame->user, at.plane, at.tile),
+                                              (int)(at.part * plane->part_lanes), (int)plane->part_lanes);
+    *spill = (transfer){.address = line_address(m, at), .compressed = quarters < STATE_WHOLE};
+    if (quarters == STATE_WHOLE && *state == STATE_WHOLE) {
+        uint64_t offset = 0;
+        spill->bytes = burst_bytes(m, at, dirty, &offset);
+        spill->address += offset;
+    } else {
+        spill->bytes = quarters_bytes(m, at, quarters);
+    }
+    *state = quarters;
+    s->lines_compressed += quarters < STATE_WHOLE;
+    s->rop_bytes_written += spill->bytes;
+    if (m->l2) {
+        bool hit;
+        cache_line *line = l2_line(m, at, s, spill, &hit);
+        line->dirty = UINT64_MAX;
+        spill->on_chip = true;
+        return;
+    }
+    s->memory_bytes_written += spill->bytes;
+    m->traffic[at.plane].written += spill->bytes;
+}
