@@ -47,15 +47,16 @@ static uint32_t bits_of(float value)
 }
 
 // The half that a binary32 value came from, without a branch. Denormal halves are multiples of 2^-24, the distance of
-// neighbours at 0.5; so adding 0.5 leaves their code in the low bits.
+// neighbours at 0.5; so adding 0.5 leaves their code in the low bits. Masks and not conditions: a compiler may not move
+// an addition of floats out of a condition, and the loop would be one of scalars.
 static int32_t half_key(uint32_t bits)
 {
-    const uint32_t magnitude = bits & 0x7fffffffu;
-    const uint32_t denormal = bits_of(float_of(magnitude) + 0.5f) - 0x3f000000u;
-    const uint32_t normal = (magnitude >> 13) - (112u << 10), special = magnitude >> 13 & 0x7fffu;
-    const uint32_t half = magnitude < 0x38800000u ? denormal : magnitude < 0x47800000u ? normal : special;
-    const uint32_t negative = (uint32_t)((int32_t)bits >> 31);
-    return (int32_t)(half ^ negative);
+    const int32_t magnitude = (int32_t)(bits & 0x7fffffffu), bias = 112 << 10;
+    const int32_t denormal = (int32_t)bits_of(float_of((uint32_t)magnitude) + 0.5f) - 0x3f000000;
+    const int32_t is_denormal = -(magnitude < 0x38800000), is_special = -(magnitude >= 0x47800000);
+    const int32_t normal = (magnitude >> 13) - bias - (is_special & bias);  // infinities, NaN: exponents 255 and 31
+    const int32_t half = (denormal & is_denormal) | (normal & ~is_denormal);
+    return half ^ ((int32_t)bits >> 31);
 }
 
 // v * 255 is off its whole number by less than 2^-15. At 2^23 neighbours are 1 apart, so the sum is the rounded number.
