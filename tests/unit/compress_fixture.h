@@ -75,7 +75,7 @@ typedef enum kind {
     KINDS
 } kind;
 
-// A plane with slopes in sixteenths of a code, up to 2^(bits - 4) codes a lane.
+// A plane with slopes in sixteenths of a code, up to half of all codes a lane: some are steeper than a stream can say.
 typedef struct slope {
     uint32_t start;
     int64_t x, y;
@@ -83,7 +83,7 @@ typedef struct slope {
 
 static inline slope random_slope(uint64_t *seed, int bits)
 {
-    const int size = (int)(random_next(seed) % (uint32_t)bits);
+    const int any = (int)(random_next(seed) % (uint32_t)(bits + 4)), size = any < 32 ? any : 32;
     const int64_t x = random_next(seed) & low_bits(size), y = random_next(seed) & low_bits(size);
     return (slope){random_next(seed), random_next(seed) & 1 ? x : -x, random_next(seed) & 1 ? y : -y};
 }

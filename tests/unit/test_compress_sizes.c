@@ -117,8 +117,23 @@ static void test_planes(void **state)
     block block = noisy_plane(FORMAT_z24, 1 << 22, 100000, 200000, 0);
     expect(&block, 16, 16, 1, 81);
     expect(&block, 24, 8, 2, 81);
+    // Corners off by 15 tilt a plane through them, so the plane of neighbouring lanes is taken: 4 bits a lane.
+    block.codes[0][7] += 15;
+    block.codes[0][56] += 15;
+    expect(&block, 0, 64, 1, 81 + 64 * 4);
+    // The other way about: the plane of the corners is taken.
+    block = noisy_plane(FORMAT_z24, 1 << 22, 100000, 200000, 0);
+    block.codes[0][1] += 15;
+    block.codes[0][8] += 15;
+    expect(&block, 0, 64, 1, 81 + 64 * 4);
+    // 9000 codes a lane of z16 are more than the field of a step holds: 2^16 eighths are 8192 codes. Stored as it is.
+    block = noisy_plane(FORMAT_z16, 0, 9000, 0, 0);
+    expect(&block, 0, 64, 4, 64 * 16);
+    block = noisy_plane(FORMAT_z16, 0, 8000, 0, 0);
+    expect(&block, 0, 64, 1, 57);
     // A third of a code a lane: a base alone would need 3 bits a lane. Eighths of a code follow it to one code: 1 bit.
     // Across 20000 codes a row, where no base reaches, as well.
+    block = block_of(FORMAT_z24);
     for (uint32_t i = 0; i < TILE_LANES; i++)
         block.codes[0][i] = 5000 + i % 8 / 3 + i / 8 * 20000;
     expect(&block, 0, 64, 1, 81 + 64);
