@@ -109,19 +109,22 @@ static range keys_range(const int32_t *keys, int count)
     return (range){low, high};
 }
 
-static void try_bases(format format, int bits, const uint32_t *plane, int count, compress_choice *best)
+// Returns the range of keys of the last channel, for schemes of one channel.
+static range try_bases(format format, int bits, const uint32_t *plane, int count, compress_choice *best)
 {
     const int channels = format_table[format].class == FORMAT_CLASS_COLOR ? 4 : 1, channel_bits = bits / channels;
     compress_choice offer = {.scheme = COMPRESS_BASE, .size_bits = TAG_BITS};
+    range range = {0, 0};
     for (int channel = 0; channel < channels; channel++) {
         int32_t keys[TILE_LANES];
         channel_keys(format, plane + channel * TILE_LANES, count, keys);
-        const range range = keys_range(keys, count);
+        range = keys_range(keys, count);
         offer.base[channel] = (uint32_t)range.low ^ (format == FORMAT_u32 ? 0x80000000u : 0);
         offer.width[channel] = range_width(range);
         offer.size_bits += channel_bits + bit_length((uint32_t)channel_bits) + count * offer.width[channel];
     }
     keep_smaller(best, &offer, count * bits);
+    return range;
 }
 
 // ---- Depth ---------------------------------------------------------------------------------------------
@@ -217,24 +220,20 @@ static void try_plane_fill(int bits, const uint32_t *codes, int count, range ran
     }
     const uint32_t fill = (uint32_t)(highs >= lows ? range.high : range.low);
     uint64_t lanes = 0;
-    for (int i = 0; i < count; i++)
-        lanes |= (uint64_t)(codes[i] != fill) << i;
+    for (int i = count - 1; i >= 0; i--)
+        lanes = lanes << 1 | (codes[i] != fill);
     if (lanes != 0)
         try_plane(bits, codes, count, lanes, &fill, false, best);
 }
 
 static void choose_depth(format format, int bits, const uint32_t *codes, int count, compress_choice *best)
 {
-    try_bases(format, bits, codes, count, best);
+    const range range = try_bases(format, bits, codes, count, best);
     const uint64_t lanes = ~0ull >> (TILE_LANES - count);
     for (int near = 0; near < 2 && best->quarters > 1; near++)
         try_plane(bits, codes, count, lanes, NULL, near, best);
-    if (best->quarters == 1)
-        return;
-    int32_t keys[TILE_LANES];
-    memcpy(keys, codes, (size_t)count * sizeof *keys);
-    const range range = keys_range(keys, count);
-    try_two_bases(bits, codes, count, range, best);
+    if (best->quarters > 1)
+        try_two_bases(bits, codes, count, range, best);
     if (best->quarters > 1)
         try_plane_fill(bits, codes, count, range, best);
 }
