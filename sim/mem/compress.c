@@ -47,15 +47,16 @@ static uint32_t bits_of(float value)
 }
 
 // The half that a binary32 value came from, without a branch. Denormal halves are multiples of 2^-24, the distance of
-// neighbours at 0.5; so adding 0.5 leaves their code in the low bits.
+// neighbours at 0.5; so adding 0.5 leaves their code in the low bits. Masks and not conditions: a compiler may not move
+// an addition of floats out of a condition, and the loop would be one of scalars.
 static int32_t half_key(uint32_t bits)
 {
-    const uint32_t magnitude = bits & 0x7fffffffu;
-    const uint32_t denormal = bits_of(float_of(magnitude) + 0.5f) - 0x3f000000u;
-    const uint32_t normal = (magnitude >> 13) - (112u << 10), special = magnitude >> 13 & 0x7fffu;
-    const uint32_t half = magnitude < 0x38800000u ? denormal : magnitude < 0x47800000u ? normal : special;
-    const uint32_t negative = (uint32_t)((int32_t)bits >> 31);
-    return (int32_t)(half ^ negative);
+    const int32_t magnitude = (int32_t)(bits & 0x7fffffffu), bias = 112 << 10;
+    const int32_t denormal = (int32_t)bits_of(float_of((uint32_t)magnitude) + 0.5f) - 0x3f000000;
+    const int32_t is_denormal = -(magnitude < 0x38800000), is_special = -(magnitude >= 0x47800000);
+    const int32_t normal = (magnitude >> 13) - bias - (is_special & bias);  // infinities, NaN: exponents 255 and 31
+    const int32_t half = (denormal & is_denormal) | (normal & ~is_denormal);
+    return half ^ ((int32_t)bits >> 31);
 }
 
 // v * 255 is off its whole number by less than 2^-15. At 2^23 neighbours are 1 apart, so the sum is the rounded number.
@@ -108,19 +109,22 @@ static range keys_range(const int32_t *keys, int count)
     return (range){low, high};
 }
 
-static void try_bases(format format, int bits, const uint32_t *plane, int count, compress_choice *best)
+// Returns the range of keys of the last channel, for schemes of one channel.
+static range try_bases(format format, int bits, const uint32_t *plane, int count, compress_choice *best)
 {
     const int channels = format_table[format].class == FORMAT_CLASS_COLOR ? 4 : 1, channel_bits = bits / channels;
     compress_choice offer = {.scheme = COMPRESS_BASE, .size_bits = TAG_BITS};
+    range range = {0, 0};
     for (int channel = 0; channel < channels; channel++) {
         int32_t keys[TILE_LANES];
         channel_keys(format, plane + channel * TILE_LANES, count, keys);
-        const range range = keys_range(keys, count);
+        range = keys_range(keys, count);
         offer.base[channel] = (uint32_t)range.low ^ (format == FORMAT_u32 ? 0x80000000u : 0);
         offer.width[channel] = range_width(range);
         offer.size_bits += channel_bits + bit_length((uint32_t)channel_bits) + count * offer.width[channel];
     }
     keep_smaller(best, &offer, count * bits);
+    return range;
 }
 
 // ---- Depth ---------------------------------------------------------------------------------------------
@@ -216,24 +220,20 @@ static void try_plane_fill(int bits, const uint32_t *codes, int count, range ran
     }
     const uint32_t fill = (uint32_t)(highs >= lows ? range.high : range.low);
     uint64_t lanes = 0;
-    for (int i = 0; i < count; i++)
-        lanes |= (uint64_t)(codes[i] != fill) << i;
+    for (int i = count - 1; i >= 0; i--)
+        lanes = lanes << 1 | (codes[i] != fill);
     if (lanes != 0)
         try_plane(bits, codes, count, lanes, &fill, false, best);
 }
 
 static void choose_depth(format format, int bits, const uint32_t *codes, int count, compress_choice *best)
 {
-    try_bases(format, bits, codes, count, best);
+    const range range = try_bases(format, bits, codes, count, best);
     const uint64_t lanes = ~0ull >> (TILE_LANES - count);
     for (int near = 0; near < 2 && best->quarters > 1; near++)
         try_plane(bits, codes, count, lanes, NULL, near, best);
-    if (best->quarters == 1)
-        return;
-    int32_t keys[TILE_LANES];
-    memcpy(keys, codes, (size_t)count * sizeof *keys);
-    const range range = keys_range(keys, count);
-    try_two_bases(bits, codes, count, range, best);
+    if (best->quarters > 1)
+        try_two_bases(bits, codes, count, range, best);
     if (best->quarters > 1)
         try_plane_fill(bits, codes, count, range, best);
 }
