@@ -231,14 +231,15 @@ typedef struct clock_config {
 status clock_create(const machine *machine, const frame *frame, const uint32_t slots[ACCESS_UNITS], const clock_config *config,
                     const report *report, clock_state **clock);
 void clock_destroy(clock_state *clock);  // NULL is fine
-status clock_begin_pass(clock_state *clock, const pass_info *pass);
+status clock_begin_pass(clock_state *clock, const pass_info *pass, statistics *statistics);
 status clock_stamp(clock_state *clock, const stamp *stamp, const stamp_lines *lines, statistics *statistics);
 // All stamps were handed in: runs until every unit is idle.
 status clock_end_stamps(clock_state *clock, statistics *statistics);
 // Then each line of memory_flush, then clock_end_pass, which ends when everything is drained.
 status clock_flush(clock_state *clock, uint32_t partition, access_unit cache, const transfer *transfer);
 status clock_end_pass(clock_state *clock, statistics *statistics);
-uint64_t clock_now(const clock_state *clock);   // cycle at which the last pass was drained
+uint64_t clock_now(const clock_state *clock);            // cycle at which the last pass was drained
+uint64_t clock_last_fragment(const clock_state *clock);  // cycle at which its last fragment was done
 status clock_finish(clock_state *clock);        // completes the files of clock_config
 
 // What a pass cannot go below, whatever the rest of the machine does; its index in clock_resource_names.

@@ -1,0 +1,330 @@
+// Passes in, cycles out: the earliest step of all units is done, until none is left.
+#include "clock.h"
+
+#include <stdlib.h>
+
+static uint64_t later(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
+static status refuse_memory(const clock_state *c)
+{
+    return report_error(c->report, STATUS_IO, "out of memory: timing model");
+}
+
+static channel_timing timing_of(const machine *m)
+{
+    return (channel_timing){
+        .core_mhz = m->core_mhz, .memory_mhz = m->memory_mhz, .bytes_per_clock = m->memory_bytes_per_clock,
+        .burst_bytes = m->memory_burst_bytes, .banks = m->memory_banks, .row_bytes = m->memory_row_bytes,
+        .t_cl = m->memory_t_cl, .t_wl = m->memory_t_wl, .t_rcd = m->memory_t_rcd, .t_rp = m->memory_t_rp,
+        .t_ras = m->memory_t_ras, .t_rc = m->memory_t_rc, .t_rrd = m->memory_t_rrd, .t_wr = m->memory_t_wr,
+        .t_wtr = m->memory_t_wtr, .latency_cycles = m->memory_latency_cycles, .write_queue = m->memory_write_queue};
+}
+
+status clock_create(const machine *machine, const frame *frame, const uint32_t slots[ACCESS_UNITS], const clock_config *config,
+                    const report *report, clock_state **result)
+{
+    const channel_timing timing = timing_of(machine);
+    const char *fault = channel_timing_fault(&timing);
+    *result = NULL;
+    if (fault)
+        return report_error(report, STATUS_REFUSED, "%s: memory timing: %s", machine->name, fault);
+    clock_state *c = calloc(1, sizeof *c);
+    if (!c)
+        return report_error(report, STATUS_IO, "out of memory");
+    c->machine = machine;
+    c->frame = frame;
+    c->report = report;
+    c->partition_count = (int)machine->partitions;
+    c->partitions = calloc((size_t)c->partition_count, sizeof *c->partitions);
+    c->front.read_ready = calloc(GEOMETRY_AHEAD + 1, sizeof *c->front.read_ready);
+    bool good = c->partitions && c->front.read_ready;
+    for (int i = 0; good && i < c->partition_count; i++)
+        good = (c->partitions[i].channel = channel_create(&timing)) && units_make(c, &c->partitions[i], slots);
+    charge_init(c);
+    status status = good ? STATUS_OK : refuse_memory(c);
+    if (status == STATUS_OK && config && config->requests_path)
+        status = request_log_open(config->requests_path, config->requests_format, (uint32_t)machine->memory_burst_bytes,
+                                  c->partition_count, report, &c->log);
+    for (int i = 0; status == STATUS_OK && c->log && i < c->partition_count; i++)
+        channel_log(c->partitions[i].channel, c->log, i);
+    if (status == STATUS_OK)
+        *result = c;
+    else
+        clock_destroy(c);
+    return status;
+}
+
+void clock_destroy(clock_state *c)
+{
+    if (!c)
+        return;
+    for (int i = 0; c->partitions && i < c->partition_count; i++) {
+        channel_destroy(c->partitions[i].channel);
+        units_free(&c->partitions[i]);
+    }
+    request_log_abandon(c->log);
+    free(c->partitions);
+    free(c->front.read_ready);
+    free(c);
+}
+
+status clock_finish(clock_state *c)
+{
+    request_log *log = c->log;
+    c->log = NULL;
+    for (int i = 0; i < c->partition_count; i++)
+        channel_log(c->partitions[i].channel, NULL, i);
+    return log ? request_log_finish(log) : STATUS_OK;
+}
+
+uint64_t clock_now(const clock_state *c)
+{
+    return c->drained;
+}
+
+uint64_t clock_last_fragment(const clock_state *c)
+{
+    return c->last_fragment;
+}
+
+const uint64_t *clock_pass_bounds(const clock_state *c)
+{
+    return c->bounds;
+}
+
+// ---- Passes --------------------------------------------------------------------------------------------
+
+static void order_stages(clock_state *c)
+{
+    c->stage_count = 0;
+    if (c->pass.free_kernel) {
+        c->stages[c->stage_count++] = UNIT_SHADER_STAGE;
+        c->stages[c->stage_count++] = UNIT_KERNEL_STAGE;
+        return;
+    }
+    const bool early = c->pass.early && c->machine->early_depth;
+    c->stages[c->stage_count++] = early ? UNIT_DEPTH_STAGE : UNIT_SHADER_STAGE;
+    c->stages[c->stage_count++] = early ? UNIT_SHADER_STAGE : UNIT_DEPTH_STAGE;
+    c->stages[c->stage_count++] = UNIT_COLOR_STAGE;
+}
+
+status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *statistics)
+{
+    c->pass = *pass;
+    c->statistics = statistics;
+    c->now = c->last_fragment = c->drained;
+    c->pass_start = c->drained;
+    for (int i = 0; i < RESOURCE_COUNT; i++)
+        c->bounds[i] = 0;
+    order_stages(c);
+    for (int i = 0; i < c->partition_count; i++) {
+        c->partitions[i].before = *channel_get_counts(c->partitions[i].channel);
+        units_begin(c, &c->partitions[i]);
+    }
+    front_begin(c);
+    return STATUS_OK;
+}
+
+// The unit whose step is next, downstream first among equals; false: none has one before the front.
+static bool earliest(const clock_state *c, int *partition, int *stage, uint64_t *when)
+{
+    *when = NEVER;
+    for (int i = 0; i < c->partition_count; i++) {
+        const unit *units = c->partitions[i].units;
+        for (int s = c->stage_count - 1; s >= 0; s--) {
+            if (units[s].when < *when) {
+                *when = units[s].when;
+                *partition = i;
+                *stage = s;
+            }
+        }
+    }
+    return *when != NEVER;
+}
+
+static const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
+
+// Nothing can go on although work is left: says which queue is full.
+static status blocked(const clock_state *c)
+{
+    for (int i = 0; i < c->partition_count; i++) {
+        const partition *p = &c->partitions[i];
+        for (int s = 0; s < c->stage_count; s++) {
+            const uint64_t arrived = s ? p->units[s - 1].started : p->pushed;
+            if (p->units[s].started < arrived)
+                return report_error(c->report, STATUS_REFUSED,
+                                    "internal error: cycle %llu: the queue before the %s of partition %d holds %llu stamps and nothing moves",
+                                    (unsigned long long)c->now, unit_names[c->stages[s]], i, (unsigned long long)(arrived - p->units[s].started));
+        }
+    }
+    return report_error(c->report, STATUS_REFUSED, "internal error: cycle %llu: the rasterizer's queue is blocked and nothing moves", (unsigned long long)c->now);
+}
+
+static bool reserve_touches(job *job, const stamp_lines *lines)
+{
+    const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
+    if (count <= job->touch_capacity)
+        return true;
+    queued_touch *grown = realloc(job->touches, 2 * count * sizeof *grown);
+    if (grown) {
+        job->touches = grown;
+        job->touch_capacity = 2 * count;
+    }
+    return grown;
+}
+
+static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
+{
+    partition *p = &c->partitions[lines->partition];
+    job *job = &p->jobs[p->pushed & p->job_mask];
+    if (!reserve_touches(job, lines))
+        return refuse_memory(c);
+    charge_stamp(c, stamp, lines, job);
+    job->ready = cycles_up(c->front.raster_free);
+    p->pushed++;
+    unit_next(c, p, 0);
+    return STATUS_OK;
+}
+
+status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines, statistics *statistics)
+{
+    c->statistics = statistics;
+    front_next(c, stamp, lines->partition);
+    for (;;) {
+        int partition = 0, stage = 0;
+        uint64_t when;
+        earliest(c, &partition, &stage, &when);
+        if (when == NEVER && c->front.when == NEVER)
+            return blocked(c);
+        if (when <= c->front.when) {
+            c->now = when;
+            unit_step(c, &c->partitions[partition], stage);
+            continue;
+        }
+        c->now = c->front.when;
+        if (front_step(c, stamp, lines->partition))
+            return stamp->hierarchical ? STATUS_OK : push(c, stamp, lines);
+    }
+}
+
+status clock_end_stamps(clock_state *c, statistics *statistics)
+{
+    int partition = 0, stage = 0;
+    uint64_t when;
+    c->statistics = statistics;
+    c->front.when = NEVER;
+    while (earliest(c, &partition, &stage, &when)) {
+        c->now = when;
+        unit_step(c, &c->partitions[partition], stage);
+    }
+    for (int i = 0; i < c->partition_count; i++)
+        for (int s = 0; s < c->stage_count; s++)
+            if (c->partitions[i].units[s].started != c->partitions[i].pushed)
+                return blocked(c);
+    front_end(c);
+    for (int i = 0; i < c->partition_count; i++)
+        c->partitions[i].flush_time = c->last_fragment;
+    return STATUS_OK;
+}
+
+status clock_flush(clock_state *c, uint32_t partition, access_unit cache, const transfer *transfer)
+{
+    struct partition *p = &c->partitions[partition];
+    (void)cache;
+    c->now = p->flush_time;
+    if (transfer->bytes && transfer->on_chip)
+        p->l2_free = later(p->l2_free, c->now * CYCLE_PARTS) +
+                     ((uint64_t)transfer->bytes * (uint64_t)c->partition_count * CYCLE_PARTS) / (uint64_t)c->machine->l2_bytes_per_clock;
+    else
+        while (!clock_write(c, p, transfer->address, transfer->bytes, &c->now))
+            continue;
+    while (!clock_write(c, p, transfer->evicted_address, transfer->evicted_bytes, &c->now))
+        continue;
+    p->flush_time = c->now + 1;
+    return STATUS_OK;
+}
+
+// ---- The end of a pass ---------------------------------------------------------------------------------
+
+static void bound(clock_state *c, clock_resource resource, uint64_t cycles)
+{
+    c->bounds[resource] = later(c->bounds[resource], cycles);
+}
+
+static uint64_t memory_cycles(const clock_state *c, uint64_t clocks)
+{
+    return clocks * (uint64_t)c->machine->core_mhz / (uint64_t)c->machine->memory_mhz;
+}
+
+static void count_unit(clock_state *c, const unit *u, statistics *s)
+{
+    const uint64_t busy = u->busy / CYCLE_PARTS, second = u->second_busy / CYCLE_PARTS;
+    switch (u->kind) {
+    case UNIT_SHADER_STAGE:
+        s->shader_busy += busy;
+        s->texture_busy += second;
+        bound(c, RESOURCE_SHADER, busy);
+        bound(c, RESOURCE_TEXTURE, second);
+        break;
+    case UNIT_DEPTH_STAGE: s->depth_busy += busy; bound(c, RESOURCE_DEPTH, busy); break;
+    case UNIT_COLOR_STAGE: s->color_busy += busy; bound(c, RESOURCE_COLOR, busy); break;
+    default: s->kernel_busy += busy; bound(c, RESOURCE_KERNEL, busy);
+    }
+}
+
+static void count_channel(clock_state *c, const partition *p, statistics *s)
+{
+    const channel_counts *now = channel_get_counts(p->channel), *then = &p->before;
+    const uint64_t busy = memory_cycles(c, now->busy_clocks - then->busy_clocks);
+    s->memory_busy += busy;
+    s->memory_reads += now->reads - then->reads;
+    s->memory_writes += now->writes - then->writes;
+    s->row_hits += now->row_hits - then->row_hits;
+    s->row_misses += now->row_misses + now->row_empty - then->row_misses - then->row_empty;
+    s->turnarounds += now->turnarounds - then->turnarounds;
+    bound(c, RESOURCE_MEMORY, busy);
+}
+
+// A clear that marks blocks takes its rate's time and nothing else.
+static void mark_blocks(clock_state *c)
+{
+    const uint64_t lines = (uint64_t)c->frame->tile_count * block_lines(c->machine, c->frame->plane_bits[c->pass.plane]);
+    const uint64_t rate = (uint64_t)c->machine->clear_blocks_per_clock, cycles = (lines + rate - 1) / rate;
+    if (c->pass.kind != PASS_CLEAR || !c->machine->fast_clear)
+        return;
+    bound(c, RESOURCE_CLEAR, lines / rate);
+    c->last_fragment = later(c->last_fragment, c->pass_start + cycles);
+}
+
+static status check_bounds(const clock_state *c)
+{
+    for (int i = 0; i < RESOURCE_COUNT; i++)
+        if (c->bounds[i] > c->drained - c->pass_start)
+            return report_error(c->report, STATUS_REFUSED, "internal error: pass '%s' took %llu cycles, but its %s was busy for %llu",
+                                c->pass.name, (unsigned long long)(c->drained - c->pass_start), clock_resource_names[i],
+                                (unsigned long long)c->bounds[i]);
+    return STATUS_OK;
+}
+
+status clock_end_pass(clock_state *c, statistics *s)
+{
+    mark_blocks(c);
+    c->drained = c->last_fragment;
+    for (int i = 0; i < c->partition_count; i++) {
+        const partition *p = &c->partitions[i];
+        const uint64_t end = channel_drain(p->channel, later(p->flush_time, c->last_fragment));
+        c->drained = later(c->drained, later(end, cycles_up(p->l2_free)));
+        count_channel(c, p, s);
+        for (int k = 0; k < c->stage_count; k++)
+            count_unit(c, &p->units[k], s);
+    }
+    s->geometry_busy += c->bounds[RESOURCE_GEOMETRY];
+    s->raster_busy += c->front.busy / CYCLE_PARTS;
+    bound(c, RESOURCE_RASTER, c->front.busy / CYCLE_PARTS);
+    s->cycles += c->drained - c->pass_start;
+    s->fragment_cycles += c->last_fragment - c->pass_start;
+    return check_bounds(c);
+}

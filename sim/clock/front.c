@@ -1,0 +1,140 @@
+// The front end: vertices and triangles at their rates, their lines from memory, and the rasterizer that hands stamps out.
+//
+// Triangle j of those with fragments is set up at its share of the pass's geometry time and when its lines have come, which
+// are asked for GEOMETRY_AHEAD triangles earlier. A stamp leaves the rasterizer when that is free and its partition's queue
+// has room. On a tile-based machine all triangles are set up, written to bins and drained before the first stamp.
+#include "clock.h"
+
+static const uint64_t GEOMETRY_BASE = UINT64_C(1) << 40;  // addresses of their own
+
+static uint64_t later(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
+// value * numerator / denominator, rounded up.
+static uint64_t share_up(uint64_t value, uint64_t numerator, uint64_t denominator)
+{
+    __extension__ typedef unsigned __int128 wide;
+    return (uint64_t)(((wide)value * numerator + denominator - 1) / denominator);
+}
+
+static uint64_t read_line(clock_state *c, uint64_t number)
+{
+    const uint64_t partitions = (uint64_t)c->partition_count;
+    const uint64_t address = GEOMETRY_BASE + number / partitions * (uint64_t)c->machine->line_bytes;
+    return channel_read(c->partitions[number % partitions].channel, c->now, address, (uint32_t)c->machine->line_bytes);
+}
+
+static void write_line(clock_state *c, uint64_t number)
+{
+    const uint64_t partitions = (uint64_t)c->partition_count;
+    const uint64_t address = 2 * GEOMETRY_BASE + number / partitions * (uint64_t)c->machine->line_bytes;
+    while (!clock_write(c, &c->partitions[number % partitions], address, (uint32_t)c->machine->line_bytes, &c->now))
+        continue;
+}
+
+// One line a cycle, at the pace of the set-up; the rasterizer starts when all is there.
+static void bin_all(clock_state *c, uint64_t reads, uint64_t writes)
+{
+    front *f = &c->front;
+    uint64_t ready = f->start + cycles_up(f->geometry);
+    const uint64_t most = later(reads, writes);
+    for (uint64_t i = 0; i < most; i++) {
+        c->now = later(c->now + 1, f->start + share_up(cycles_up(f->geometry), i, most));
+        if (i < reads)
+            ready = later(ready, read_line(c, i));
+        if (i < writes)
+            write_line(c, i);
+    }
+    c->now = later(c->now, ready);
+    f->raster_free = c->now * CYCLE_PARTS;
+    f->geometry = 0;
+}
+
+static uint64_t rate_parts(uint64_t count, int64_t per_kiloclock)
+{
+    return share_up(count, 1000 * CYCLE_PARTS, (uint64_t)per_kiloclock);
+}
+
+void front_begin(clock_state *c)
+{
+    front *f = &c->front;
+    const pass_info *pass = &c->pass;
+    *f = (front){.when = NEVER, .start = c->drained, .raster_free = c->drained * CYCLE_PARTS, .read_ready = f->read_ready, .blocked_at = NEVER};
+    f->geometry = later(rate_parts(pass->triangles, c->machine->triangles_per_kiloclock),
+                        rate_parts(pass->vertices, c->machine->vertices_per_kiloclock));
+    c->bounds[RESOURCE_GEOMETRY] = f->geometry / CYCLE_PARTS;
+    f->reads = geometry_reads(c->machine, pass);
+    f->read_done = f->start;
+    if (c->machine->tile_based && pass->kind == PASS_DRAW) {
+        const uint64_t binned = geometry_writes(c->machine, pass);
+        bin_all(c, f->reads - binned, binned);
+        f->start = c->now;
+        f->reads = binned;
+    }
+}
+
+// Asks for the lines of all primitives up to this one.
+static void ask_ahead(clock_state *c, uint64_t primitive)
+{
+    front *f = &c->front;
+    const uint64_t count = c->pass.primitives;
+    const uint64_t last = primitive + GEOMETRY_AHEAD < count ? primitive + GEOMETRY_AHEAD : count - 1;
+    for (uint64_t p = primitive ? primitive + GEOMETRY_AHEAD : 0; p <= last; p++) {
+        for (const uint64_t wanted = share_up(f->reads, p + 1, count); f->reads_issued < wanted;)
+            f->read_done = later(f->read_done, read_line(c, f->reads_issued++));
+        f->read_ready[p % (GEOMETRY_AHEAD + 1)] = f->read_done;
+    }
+}
+
+static bool has_room(const clock_state *c, const partition *p)
+{
+    return p->pushed - p->units[0].started < (uint64_t)c->machine->raster_queue;
+}
+
+void front_next(clock_state *c, const stamp *stamp, uint32_t partition)
+{
+    front *f = &c->front;
+    uint64_t when = later(c->now, f->raster_free / CYCLE_PARTS);
+    (void)partition;
+    if (stamp->begins_primitive && c->pass.primitives && f->primitive < c->pass.primitives) {
+        ask_ahead(c, f->primitive);
+        const uint64_t set_up = f->start + cycles_up(share_up(f->geometry, f->primitive + 1, c->pass.primitives));
+        const uint64_t there = later(set_up, f->read_ready[f->primitive % (GEOMETRY_AHEAD + 1)]);
+        if (there > when) {
+            c->statistics->raster_wait_geometry += there - when;
+            when = there;
+        }
+        f->primitive++;
+    }
+    f->when = when;
+}
+
+bool front_step(clock_state *c, const stamp *stamp, uint32_t partition)
+{
+    front *f = &c->front;
+    struct partition *p = &c->partitions[partition];
+    if (!stamp->hierarchical && !has_room(c, p)) {
+        f->blocked_at = f->blocked_at == NEVER ? c->now : f->blocked_at;
+        f->when = NEVER;
+        return false;
+    }
+    if (f->blocked_at != NEVER)
+        c->statistics->raster_wait_queue += c->now - f->blocked_at;
+    f->blocked_at = NEVER;
+    const uint64_t takes = (CYCLE_PARTS + (uint64_t)c->machine->raster_blocks_per_clock - 1) / (uint64_t)c->machine->raster_blocks_per_clock;
+    f->raster_free = later(f->raster_free, c->now * CYCLE_PARTS) + takes;
+    f->busy += takes;
+    c->last_fragment = later(c->last_fragment, cycles_up(f->raster_free));
+    f->when = NEVER;
+    return true;
+}
+
+void front_end(clock_state *c)
+{
+    front *f = &c->front;
+    while (f->reads_issued < f->reads)
+        f->read_done = later(f->read_done, read_line(c, f->reads_issued++));
+    c->last_fragment = later(c->last_fragment, later(f->read_done, f->start + cycles_up(f->geometry)));
+}

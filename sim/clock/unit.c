@@ -1,0 +1,343 @@
+// One unit of a partition: stamps in their order, lines looked up one a cycle, an operation when all lines are there.
+//
+// A stamp begins when it has arrived, the lookup port is free and the next stage's queue has room: at most `window` stamps
+// have begun here and not there (in the last stage: not begun their operation). Each lookup takes a cycle of the port; a miss
+// waits until fewer than cache_misses_max are pending and until whoever used the replaced line is done, writes the replaced
+// line back, asks for its own, and goes on: data are waited for by the operation alone. Operations are in order, each when its
+// lines are there, the unit is free and, by the interlock, no earlier one on the same quad is under way.
+#include "clock.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED, STEP_FILL };
+enum { INTERLOCK_NONE, INTERLOCK_EXACT, INTERLOCK_BUCKETS };  // machine.interlock
+
+static uint64_t later(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
+// ---- Making --------------------------------------------------------------------------------------------
+
+static uint64_t window_of(const machine *m, unit_kind kind)
+{
+    return (uint64_t)(kind == UNIT_SHADER_STAGE ? m->shader_queue : kind == UNIT_COLOR_STAGE ? m->color_queue : m->depth_queue);
+}
+
+static uint64_t power_above(uint64_t value)
+{
+    uint64_t power = 1;
+    while (power < value)
+        power *= 2;
+    return power;
+}
+
+bool units_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS])
+{
+    const machine *m = c->machine;
+    const uint64_t most = later(later((uint64_t)m->shader_queue, (uint64_t)m->depth_queue), (uint64_t)m->color_queue);
+    p->job_mask = power_above((uint64_t)(m->raster_queue + m->shader_queue + m->depth_queue + m->color_queue) + STAGES_MAX + 1) - 1;
+    p->jobs = calloc(p->job_mask + 1, sizeof *p->jobs);
+    bool good = p->jobs;
+    for (int s = 0; good && s < STAGES_MAX; s++) {
+        unit *u = &p->units[s];
+        u->flight_mask = power_above(most + (uint64_t)m->rop_latency_cycles + 2) - 1;
+        u->operations = calloc(most, sizeof *u->operations);
+        u->flights = calloc(u->flight_mask + 1, sizeof *u->flights);
+        u->buckets = calloc((size_t)m->interlock_buckets, sizeof *u->buckets);
+        good = u->operations && u->flights && u->buckets;
+    }
+    for (int k = 0; good && k < ACCESS_UNITS; k++) {
+        line_cache *cache = &p->caches[k];
+        cache->ready = calloc(slots[k] + 1, sizeof *cache->ready);
+        cache->last_use = calloc(slots[k] + 1, sizeof *cache->last_use);
+        cache->misses = calloc((size_t)m->cache_misses_max, sizeof *cache->misses);
+        good = cache->ready && cache->last_use && cache->misses;
+    }
+    return good;
+}
+
+void units_free(partition *p)
+{
+    for (uint64_t i = 0; p->jobs && i <= p->job_mask; i++)
+        free(p->jobs[i].touches);
+    free(p->jobs);
+    for (int s = 0; s < STAGES_MAX; s++) {
+        free(p->units[s].operations);
+        free(p->units[s].flights);
+        free(p->units[s].buckets);
+    }
+    for (int k = 0; k < ACCESS_UNITS; k++) {
+        free(p->caches[k].ready);
+        free(p->caches[k].last_use);
+        free(p->caches[k].misses);
+    }
+}
+
+// At a pass's start everything is idle and drained.
+void units_begin(clock_state *c, partition *p)
+{
+    p->pushed = 0;
+    for (int s = 0; s < c->stage_count; s++) {
+        unit *u = &p->units[s];
+        const unit old = *u;
+        *u = (unit){.kind = c->stages[s], .when = NEVER, .window = window_of(c->machine, c->stages[s]), .port_free = c->drained,
+                    .operation_free = c->drained * CYCLE_PARTS, .second_free = c->drained * CYCLE_PARTS, .blocked_at = NEVER,
+                    .operations = old.operations, .flights = old.flights, .flight_mask = old.flight_mask, .buckets = old.buckets};
+    }
+}
+
+// ---- When a stamp can begin ----------------------------------------------------------------------------
+
+static job *job_at(const partition *p, uint64_t number)
+{
+    return &p->jobs[number & p->job_mask];
+}
+
+// Stamps that have arrived, or will at a known time.
+static uint64_t arrived(const clock_state *c, const partition *p, int stage)
+{
+    (void)c;
+    return stage ? p->units[stage - 1].started - p->units[stage - 1].open : p->pushed;
+}
+
+void unit_next(clock_state *c, partition *p, int stage)
+{
+    unit *u = &p->units[stage];
+    if (u->open)
+        return;  // its next lookup is known
+    u->when = NEVER;
+    if (u->started == arrived(c, p, stage))
+        return;
+    uint64_t when = later(job_at(p, u->started)->ready, u->port_free);
+    if (stage + 1 < c->stage_count) {
+        if (u->started - p->units[stage + 1].started >= u->window) {
+            u->blocked_at = u->blocked_at == NEVER ? later(when, c->now) : u->blocked_at;
+            return;
+        }
+    } else if (u->started >= u->window) {
+        const uint64_t room = u->operations[u->started % u->window];
+        if (room > when) {
+            c->statistics->unit_wait_queue += room - when;
+            when = room;
+        }
+    }
+    if (u->blocked_at != NEVER && c->now > u->blocked_at)
+        c->statistics->unit_wait_queue += c->now - u->blocked_at;
+    u->blocked_at = NEVER;
+    u->when = later(when, c->now);
+}
+
+// ---- Lookups -------------------------------------------------------------------------------------------
+
+bool clock_write(clock_state *c, partition *p, uint64_t address, uint32_t bytes, uint64_t *when)
+{
+    return !bytes || channel_write(p->channel, c->now, address, bytes, when);
+}
+
+static uint64_t l2_done(clock_state *c, partition *p, uint32_t bytes)
+{
+    const uint64_t share = (uint64_t)bytes * (uint64_t)c->partition_count * CYCLE_PARTS;
+    const uint64_t rate = (uint64_t)c->machine->l2_bytes_per_clock;
+    p->l2_free = later(p->l2_free, c->now * CYCLE_PARTS) + (share + rate - 1) / rate;
+    return cycles_up(p->l2_free) + (uint64_t)c->machine->l2_latency_cycles;
+}
+
+// Waits until `when`; counted under a cause.
+static bool wait_until(clock_state *c, unit *u, uint64_t when, uint64_t *cause)
+{
+    *cause += when - c->now;
+    u->when = when;
+    return false;
+}
+
+// The bytes of a line on their way; when they are there.
+static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
+{
+    uint64_t ready = c->now + 1;
+    if (fill->bytes) {
+        if (c->machine->l2_bytes)
+            ready = l2_done(c, p, fill->bytes);
+        if (!fill->on_chip)
+            ready = later(ready, channel_read(p->channel, c->now, fill->address, fill->bytes) +
+                                     (c->machine->l2_bytes ? (uint64_t)c->machine->l2_latency_cycles : 0));
+        ready += fill->compressed ? (uint64_t)c->machine->compression_cycles : 0;
+    }
+    return ready;
+}
+
+// As far as it can go now; false: it waits.
+static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch)
+{
+    statistics *s = c->statistics;
+    const line_touch *line = &touch->line;
+    line_cache *cache = &p->caches[touch->cache];
+    const uint64_t pending = (uint64_t)c->machine->cache_misses_max;
+    uint64_t when;
+    if (u->step <= STEP_PENDING) {
+        if (line->fill.bytes && cache->misses[cache->miss_count % pending] > c->now)
+            return wait_until(c, u, cache->misses[cache->miss_count % pending], &s->unit_wait_misses);
+        if (line->replaces && cache->last_use[line->slot] > c->now)
+            return wait_until(c, u, cache->last_use[line->slot], &s->unit_wait_victim);
+        u->step = STEP_SPILL;
+    }
+    if (u->step == STEP_SPILL) {
+        if (line->spill.on_chip)
+            l2_done(c, p, line->spill.bytes);
+        else if (!clock_write(c, p, line->spill.address, line->spill.bytes, &when))
+            return wait_until(c, u, when, &s->unit_wait_memory);
+        u->step = STEP_SPILL_EVICTED;
+    }
+    if (u->step == STEP_SPILL_EVICTED) {
+        if (!clock_write(c, p, line->spill.evicted_address, line->spill.evicted_bytes, &when))
+            return wait_until(c, u, when, &s->unit_wait_memory);
+        u->step = STEP_FILL_EVICTED;
+    }
+    if (u->step == STEP_FILL_EVICTED) {
+        if (!clock_write(c, p, line->fill.evicted_address, line->fill.evicted_bytes, &when))
+            return wait_until(c, u, when, &s->unit_wait_memory);
+        u->step = STEP_FILL;
+    }
+    if (line->miss) {
+        cache->ready[line->slot] = fill_ready(c, p, &line->fill);
+        if (line->fill.bytes)
+            cache->misses[cache->miss_count++ % pending] = cache->ready[line->slot];
+    }
+    u->data_ready = later(u->data_ready, cache->ready[line->slot]);
+    return true;
+}
+
+// Fragments appended to lists, or read back.
+static bool stream(clock_state *c, partition *p, unit *u, const job *job)
+{
+    uint64_t when;
+    if (job->stream_written && !clock_write(c, p, job->stream_address, job->stream_written, &when))
+        return wait_until(c, u, when, &c->statistics->unit_wait_memory);
+    if (job->stream_read)
+        u->data_ready = later(u->data_ready, channel_read(p->channel, c->now, job->stream_address, job->stream_read));
+    u->step = STEP_PENDING;
+    return true;
+}
+
+// ---- Operations ----------------------------------------------------------------------------------------
+
+static uint32_t bucket_of(const clock_state *c, uint32_t tile, int lane)
+{
+    const uint64_t hash = ((uint64_t)tile * TILE_LANES + (uint64_t)lane) * UINT64_C(0x9e3779b97f4a7c15);
+    return (uint32_t)((hash >> 32) % (uint64_t)c->machine->interlock_buckets);
+}
+
+// When earlier operations on the same quads are done.
+static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, uint64_t quads, uint64_t from)
+{
+    uint64_t done = from;
+    if (c->machine->interlock == INTERLOCK_BUCKETS) {
+        for (uint64_t left = quads; left; left &= left - 1)
+            done = later(done, u->buckets[bucket_of(c, tile, __builtin_ctzll(left))]);
+    } else if (c->machine->interlock == INTERLOCK_EXACT) {
+        // Done in order: the first one met that is done by then ends the search.
+        for (uint64_t i = u->flight_count; i > 0 && u->flight_count - i <= u->flight_mask; i--) {
+            const flight *flight = &u->flights[(i - 1) & u->flight_mask];
+            if (flight->done <= from)
+                break;
+            if (flight->tile == tile && (flight->quads & quads)) {
+                done = flight->done;
+                break;
+            }
+        }
+    }
+    return done;
+}
+
+static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t quads, uint64_t done)
+{
+    u->flights[u->flight_count++ & u->flight_mask] = (flight){tile, quads, done};
+    if (c->machine->interlock == INTERLOCK_BUCKETS)
+        for (uint64_t left = quads; left; left &= left - 1)
+            u->buckets[bucket_of(c, tile, __builtin_ctzll(left))] = done;
+}
+
+// The stamp's operation: when it begins, ends and is done. All lookups are made.
+static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
+{
+    const stage_work *work = &job->work[stage];
+    const bool rop = u->kind != UNIT_SHADER_STAGE;
+    statistics *s = c->statistics;
+    const uint64_t looked_up = work->touch_count ? c->now + 1 : c->now;
+    uint64_t begin = later(looked_up * CYCLE_PARTS, u->operation_free);
+    begin = work->second_cost ? later(begin, u->second_free) : begin;
+    if (u->data_ready * CYCLE_PARTS > begin) {
+        s->unit_wait_data += u->data_ready - begin / CYCLE_PARTS;
+        begin = u->data_ready * CYCLE_PARTS;
+    }
+    const uint64_t quads = rop && work->lanes ? frame_quads(c->frame, work->lanes) : 0;
+    if (quads) {
+        const uint64_t free = interlocked(c, u, job->tile, quads, cycles_up(begin));
+        if (free * CYCLE_PARTS > begin && free > cycles_up(begin)) {
+            s->unit_wait_interlock += free - begin / CYCLE_PARTS;
+            begin = free * CYCLE_PARTS;
+        }
+    }
+    const uint64_t end = begin + later(work->cost, work->second_cost);
+    u->operation_free = begin + work->cost;
+    u->second_free = work->second_cost ? begin + work->second_cost : u->second_free;
+    u->busy += work->cost;
+    u->second_busy += work->second_cost;
+    const bool works = work->cost || work->second_cost || work->touch_count;
+    const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
+    u->operations[u->started % u->window] = begin / CYCLE_PARTS;
+    u->done = later(u->done, cycles_up(end) + latency);
+    job->ready = cycles_up(end) + latency;
+    if (quads)
+        note_flight(c, u, job->tile, quads, job->ready);
+    for (uint32_t i = 0; i < work->touch_count; i++) {
+        const queued_touch *touch = &job->touches[work->first_touch + i];
+        p->caches[touch->cache].last_use[touch->line.slot] = cycles_up(end);
+    }
+    c->last_fragment = later(c->last_fragment, job->ready);
+}
+
+// Begins the stamp: the room that it had in the queue before is free.
+static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
+{
+    u->open = true;
+    u->touch = 0;
+    u->data_ready = 0;
+    u->started++;
+    const bool lists = u->kind == UNIT_KERNEL_STAGE || (stage == c->stage_count - 1 && u->kind == UNIT_COLOR_STAGE);
+    u->step = lists ? STEP_STREAM : STEP_PENDING;
+    if (stage)
+        unit_next(c, p, stage - 1);
+    else
+        c->front.when = c->front.when == NEVER ? c->now : c->front.when;
+}
+
+void unit_step(clock_state *c, partition *p, int stage)
+{
+    unit *u = &p->units[stage];
+    if (!u->open)
+        begin_stamp(c, p, u, stage);
+    job *job = job_at(p, u->started - 1);
+    const stage_work *work = &job->work[stage];
+    if (u->step == STEP_STREAM && !stream(c, p, u, job))
+        return;
+    if (u->touch < work->touch_count) {
+        if (!look_up(c, p, u, &job->touches[work->first_touch + u->touch]))
+            return;
+        u->touch++;
+        u->step = STEP_PENDING;
+        if (u->touch < work->touch_count) {
+            u->when = c->now + 1;
+            return;
+        }
+    }
+    u->started--;  // its own number, for the ring of operations
+    operate(c, p, u, stage, job);
+    u->started++;
+    u->open = false;
+    u->port_free = c->now + 1;
+    unit_next(c, p, stage);
+    if (stage + 1 < c->stage_count)
+        unit_next(c, p, stage + 1);
+}
