@@ -8,7 +8,7 @@
 #include <time.h>
 #include <cmocka.h>
 
-enum { STREAMS = 3000, CALLS = 60 };
+enum { STREAMS = 2000, CALLS = 60 };
 
 static uint64_t seed;
 
@@ -73,6 +73,7 @@ static void random_calls(const channel_timing *t, call *calls, int count)
 {
     const int64_t rows = 1 + up_to(3 * t->banks), writes = up_to(4), gap = up_to(3);
     const int64_t sizes = 1 + up_to(up_to(3) ? 2 * t->burst_bytes : 3 * t->row_bytes), stride = up_to(2);
+    const uint64_t base = up_to(1) ? 0 : random_bits() >> 20;
     uint64_t next = 0;
     for (int i = 0; i < count; i++) {
         calls[i].bytes = (uint32_t)(1 + up_to(sizes - 1));
@@ -82,7 +83,7 @@ static void random_calls(const channel_timing *t, call *calls, int count)
                                   : gap == 2 ? up_to(30)
                                   : up_to(3) ? 0
                                              : up_to(200));
-        calls[i].address = stride ? next : (uint64_t)up_to(rows * t->row_bytes);
+        calls[i].address = base + (stride ? next : (uint64_t)up_to(rows * t->row_bytes));
         next = (next + calls[i].bytes) % (uint64_t)(rows * t->row_bytes);
     }
 }
