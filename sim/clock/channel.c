@@ -9,7 +9,7 @@
 #include <assert.h>
 #include <stdlib.h>
 
-enum { NO_ROW = -1 };
+enum { NO_ROW = -1, BLOCK_BYTES = 256, BLOCK_BUCKETS = 512 };
 
 typedef struct bank {
     int64_t row;  // open, or NO_ROW
@@ -35,6 +35,9 @@ struct channel {
     bank *open;
     posted_write *queue;           // a ring of timing.write_queue
     uint32_t oldest, held, begun;  // begun: the oldest of those held, performed and not yet left
+    // How many waiting writes touch a block of memory, blocks hashed to buckets: most reads overlap none, and the queue
+    // need not be searched to know it.
+    uint32_t waiting[BLOCK_BUCKETS];
     channel_counts counts;
     request_log *log;
     int number;
@@ -227,10 +230,25 @@ static posted_write *queue_at(const channel *c, uint32_t place)
     return &c->queue[index < size ? index : index - size];
 }
 
+static void count_waiting(channel *c, const posted_write *write, uint32_t change)
+{
+    for (uint64_t block = write->start / BLOCK_BYTES; block <= (write->end - 1) / BLOCK_BYTES; block++)
+        c->waiting[block % BLOCK_BUCKETS] += change;
+}
+
+static bool may_overlap(const channel *c, uint64_t start, uint64_t end)
+{
+    for (uint64_t block = start / BLOCK_BYTES; block <= (end - 1) / BLOCK_BYTES; block++)
+        if (c->waiting[block % BLOCK_BUCKETS] > 0)
+            return true;
+    return false;
+}
+
 // Performs the oldest write that is not begun.
 static void begin_write(channel *c, uint64_t earliest)
 {
     posted_write *write = queue_at(c, c->begun++);
+    count_waiting(c, write, -1u);
     write->leaves = perform(c, true, write->start, write->end, earliest);
 }
 
@@ -258,6 +276,8 @@ static void let_writes_leave(channel *c, uint64_t clock)
 // Performs the waiting writes up to and with the last that shares a byte with start to end.
 static void write_overlapped(channel *c, uint64_t start, uint64_t end, uint64_t clock)
 {
+    if (!may_overlap(c, start, end))
+        return;
     uint32_t last = c->held;
     while (last > c->begun) {
         const posted_write *write = queue_at(c, last - 1);
@@ -337,7 +357,9 @@ bool channel_write(channel *c, uint64_t time, uint64_t address, uint32_t bytes, 
         return false;
     }
     accept(c, &request, true);
-    *queue_at(c, c->held++) = (posted_write){.start = request.start, .end = request.end, .arrival = request.clock};
+    posted_write *write = queue_at(c, c->held++);
+    *write = (posted_write){.start = request.start, .end = request.end, .arrival = request.clock};
+    count_waiting(c, write, 1);
     c->counts.writes++;
     return true;
 }

@@ -37,16 +37,10 @@ enum {
 // What is wrong with a timing, as a sentence that begins with the member's name; NULL: nothing.
 const char *channel_timing_fault(const channel_timing *timing);
 
-// All grow from zero, so that end minus start is a region.
 typedef struct channel_counts {
-    uint64_t reads, writes;                    // requests accepted
-    uint64_t bytes_read, bytes_written;        // moved over the data bus: whole bursts
-    uint64_t row_hits, row_misses, row_empty;  // transfers that found their row open, another one, none
-    uint64_t turnarounds;                      // transfers in the other direction than the one before
-    uint64_t busy_clocks;                      // of the data bus, memory clocks
-    uint64_t writes_idle, writes_forced;       // writes performed while nothing else was to do; since the queue was full
-    uint64_t writes_overlapped, writes_drained;  // since a read wanted them done, in channel_drain
-    uint64_t writes_refused;                   // calls of channel_write that returned false
+#define COUNT(name, unit, meaning) uint64_t name;
+#include "channel_counts.def"
+#undef COUNT
 } channel_counts;
 
 typedef struct channel channel;
@@ -57,11 +51,11 @@ void channel_destroy(channel *channel);  // NULL is fine
 
 // The core cycle in which all data are back. bytes: at least 1; address + bytes: below 2^63.
 uint64_t channel_read(channel *channel, uint64_t time, uint64_t address, uint32_t bytes);
-// Posted. true: taken into the queue. false: the queue is full, nothing was taken, and the same write finds room at *when,
-// later than `time`, unless another one comes before. `when` is set only then.
+// Posted. true: taken into the queue. false: the queue is full, nothing was taken, and the same write finds room at
+// *when, later than `time`, unless another one comes before. `when` is set only then.
 bool channel_write(channel *channel, uint64_t time, uint64_t address, uint32_t bytes, uint64_t *when);
-// Performs all writes. The core cycle at which the last transfer, read or write, has ended on the data bus; `time` if that
-// is later. Takes no turn at the port.
+// Performs all writes. The core cycle at which the last transfer, read or write, has ended on the data bus; `time` if
+// that is later. Takes no turn at the port.
 uint64_t channel_drain(channel *channel, uint64_t time);
 
 const channel_counts *channel_get_counts(const channel *channel);  // the channel's own, valid as long as it is

@@ -15,8 +15,8 @@ typedef struct request_log request_log;
 status request_log_open(const char *path, const char *format, uint32_t burst_bytes, int channels, const report *report,
                         request_log **log);
 
-// A request as a channel accepted it. core_cycle and memory_clock: the same moment; address and bytes: within the channel,
-// whole bursts. Lines are sorted by core cycle, then in order of calls, as long as none comes more than
+// A request as a channel accepted it. core_cycle and memory_clock: the same moment; address and bytes: within the
+// channel, whole bursts. Lines are sorted by core cycle, then in order of calls, as long as none comes more than
 // REQUEST_LOG_HELD requests late; one that does is written at the cycle that the file has reached.
 enum { REQUEST_LOG_HELD = 65536 };
 typedef struct logged_request {

@@ -35,7 +35,8 @@ static int64_t random_time(int64_t most)
 static channel_timing random_timing(void)
 {
     const int64_t bursts[] = {1, 8, 12, 32, 64}, burst = bursts[up_to(4)];
-    const int64_t per_clock[] = {1, 4, 16, 24, 64};
+    // At most 8 clocks a burst: the ticking machine runs through all that is waiting for each answer.
+    const int64_t per_clock[] = {(burst + 7) / 8, (burst + 1) / 2, 16, 24, 64};
     channel_timing t = {
         .core_mhz = 1 + up_to(up_to(1) ? 3 : 999),
         .memory_mhz = 1 + up_to(up_to(1) ? 3 : 999),
@@ -73,6 +74,7 @@ static void random_calls(const channel_timing *t, call *calls, int count)
 {
     const int64_t rows = 1 + up_to(3 * t->banks), writes = up_to(4), gap = up_to(3);
     const int64_t sizes = 1 + up_to(up_to(3) ? 2 * t->burst_bytes : 3 * t->row_bytes), stride = up_to(2);
+    const uint64_t base = up_to(1) ? 0 : random_bits() >> 20;
     uint64_t next = 0;
     for (int i = 0; i < count; i++) {
         calls[i].bytes = (uint32_t)(1 + up_to(sizes - 1));
@@ -82,7 +84,7 @@ static void random_calls(const channel_timing *t, call *calls, int count)
                                   : gap == 2 ? up_to(30)
                                   : up_to(3) ? 0
                                              : up_to(200));
-        calls[i].address = stride ? next : (uint64_t)up_to(rows * t->row_bytes);
+        calls[i].address = base + (stride ? next : (uint64_t)up_to(rows * t->row_bytes));
         next = (next + calls[i].bytes) % (uint64_t)(rows * t->row_bytes);
     }
 }
@@ -137,24 +139,17 @@ static void agrees_with_the_ticking_machine(void **state)
         assert_int_equal(counts->busy_clocks,
                          (counts->bytes_read + counts->bytes_written) / (uint64_t)t.burst_bytes *
                              (uint64_t)((t.burst_bytes + t.bytes_per_clock - 1) / t.bytes_per_clock));
-        sum.reads += counts->reads;
-        sum.writes += counts->writes;
-        sum.writes_idle += counts->writes_idle;
-        sum.writes_forced += counts->writes_forced;
-        sum.writes_overlapped += counts->writes_overlapped;
-        sum.writes_refused += counts->writes_refused;
-        sum.turnarounds += counts->turnarounds;
-        sum.row_hits += counts->row_hits;
-        sum.row_misses += counts->row_misses;
+#define COUNT(name, unit, meaning) sum.name += counts->name;
+#include "../../sim/clock/channel_counts.def"
+#undef COUNT
         channel_destroy(c);
     }
-    print_message(
-        "%d streams: %lu reads, %lu writes (%lu idle, %lu forced, %lu overlapped), %lu refused, %lu turnarounds, "
-        "%lu hits, %lu misses\n",
-        STREAMS, sum.reads, sum.writes, sum.writes_idle, sum.writes_forced, sum.writes_overlapped, sum.writes_refused,
-        sum.turnarounds, sum.row_hits, sum.row_misses);
-    assert_true(sum.writes_idle > 1000 && sum.writes_forced > 1000 && sum.writes_overlapped > 1000 &&
-                sum.writes_refused > 1000 && sum.row_hits > 1000 && sum.row_misses > 1000);
+    // Whatever the rules speak of has occurred.
+#define COUNT(name, unit, meaning) assert_true(sum.name > 1000);
+#include "../../sim/clock/channel_counts.def"
+#undef COUNT
+    print_message("%d streams: %lu reads, %lu writes, %lu refused\n", STREAMS, sum.reads, sum.writes,
+                  sum.writes_refused);
 }
 
 // From the first request on, the data bus moves at most bytes_per_clock.
@@ -232,22 +227,21 @@ static void speed(void **state)
     seed = 1;
     uint64_t *addresses = malloc(REQUESTS * sizeof *addresses);
     assert_non_null(addresses);
-    for (int i = 0; i < REQUESTS; i++)
-        addresses[i] = (uint64_t)up_to(1 << 26);
-    for (int writes = 0; writes < 2; writes++) {
+    for (int kind = 0; kind < 4; kind++) {
+        const bool random = kind & 1, writes = kind & 2;
+        for (int i = 0; i < REQUESTS; i++)
+            addresses[i] = random ? (uint64_t)up_to(1 << 26) : 256 * (uint64_t)i;
         channel *c = channel_create(&gddr3);
         assert_non_null(c);
         uint64_t now = 0, when;
         const double start = seconds_now();
-        for (int i = 0; i < REQUESTS; i++) {
-            now += 11;
+        for (int i = 0; i < REQUESTS; i++, now += 11)
             if (!writes || i % 2)
-                now = channel_read(c, now, addresses[i], 256) > now + 2000 ? now + 100 : now;
+                channel_read(c, now, addresses[i], 256);
             else if (!channel_write(c, now, addresses[i], 256, &when))
                 channel_write(c, now = when, addresses[i], 256, &when);
-        }
-        print_message("%s: %.1f ns a request\n", writes ? "reads and writes" : "reads",
-                      (seconds_now() - start) * 1e9 / REQUESTS);
+        print_message("%s, %s: %.1f ns a request\n", writes ? "reads and writes" : "reads",
+                      random ? "random" : "consecutive", (seconds_now() - start) * 1e9 / REQUESTS);
         channel_destroy(c);
     }
     free(addresses);
