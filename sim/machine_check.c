@@ -1,5 +1,5 @@
-// Contradictions between keys of a machine, which the bounds of each key alone cannot show. Every one is said, with what
-// would be accepted.
+// Contradictions between keys of a machine, which the bounds of each key alone cannot show. Every one is said, with
+// what would be accepted.
 //
 // Not asked for: memory_t_rc >= memory_t_ras + memory_t_rp. Data sheets round the three apart, and a channel keeps all.
 #include "levels.h"
@@ -13,8 +13,8 @@ static void want_multiple(checker *checker, const char *key, int64_t value, cons
 {
     if (value % unit != 0)
         checker->status =
-            report_error(checker->report, STATUS_REFUSED, "%s is %lld, but must be a multiple of %s, which is %lld", key,
-                         (long long)value, of, (long long)unit);
+            report_error(checker->report, STATUS_REFUSED, "%s is %lld, but must be a multiple of %s, which is %lld",
+                         key, (long long)value, of, (long long)unit);
 }
 
 static void check_lines(checker *checker, const machine *machine)

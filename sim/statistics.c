@@ -84,7 +84,9 @@ double derived_value(int index, const statistics *statistics, const machine *mac
     double value = NAN;
     switch (index) {
 #define DERIVED(name, level, unit, expression, meaning) \
-    case DERIVED_INDEX_##name: value = expression; break;
+    case DERIVED_INDEX_##name: \
+        value = expression; \
+        break;
 #include "stats.def"
 #undef DERIVED
     default: break;

@@ -1,8 +1,8 @@
-// `ropsim run`: replays a trace with a program on a machine; prints the counts, writes image and JSON; at deeper levels of
-// detail also what it costs in bytes and in cycles.
+// `ropsim run`: replays a trace with a program on a machine; prints the counts, writes image and JSON; at deeper levels
+// of detail also what it costs in bytes and in cycles.
 //
-// The function level always runs first: it makes the image and settles how often loops run; deeper levels take nothing of
-// theirs back to it.
+// The function level always runs first: it makes the image and settles how often loops run; deeper levels take nothing
+// of theirs back to it.
 #include "command.h"
 
 #include "../levels.h"
@@ -29,7 +29,8 @@ enum {
 static const command_option option_rows[] = {
     [ROW_MACHINE] = {"machine", 0, "NAME|FILE", "shipped machine or .yaml file; default " COMMAND_DEFAULT_MACHINE},
     [ROW_SET] = {"set", 0, "KEY=VALUE", "change one key of the machine; may be repeated"},
-    [ROW_DETAIL] = {"detail", 0, "LEVEL", "function: counts and image, the default; traffic: also caches and bytes; cycle: also time"},
+    [ROW_DETAIL] = {"detail", 0, "LEVEL",
+                    "function: counts and image, the default; traffic: also caches and bytes; cycle: also time"},
     [ROW_THREADS] = {"threads", 0, "N", "threads over tiles; default 0: one a processor; results do not depend on it"},
     [ROW_IMAGE] = {"image", 0, "FILE", "write the image: .exr and .pfm linear float RGB, .png 8-bit sRGB"},
     [ROW_JSON] = {"json", 0, "FILE", "write the result as JSON"},
@@ -38,8 +39,10 @@ static const command_option option_rows[] = {
     [ROW_RATIO] = {"occlusion-ratio", 0, "R",
                    "a repeat ends when a query counts at most R x samples; 0 to 1; default: the program's"},
     [ROW_NO_REFERENCE] = {"no-reference", 0, NULL, "do not compute the exact result and the error"},
-    [ROW_MEMORY] = {"memory", 0, "MIB", "budget of fragments in memory in MiB; default 4096; a trace that needs more goes in bands"},
-    [ROW_VECTORS] = {"vector-bytes", 0, "N", "vectors of 16, 32 or 64 bytes; default 0: the widest; results do not depend on it"},
+    [ROW_MEMORY] = {"memory", 0, "MIB",
+                    "budget of fragments in memory in MiB; default 4096; a trace that needs more goes in bands"},
+    [ROW_VECTORS] = {"vector-bytes", 0, "N",
+                     "vectors of 16, 32 or 64 bytes; default 0: the widest; results do not depend on it"},
     [ROW_CSV] = {"csv", 0, "FILE", "from traffic on: write statistics in total and by pass, draw and iteration as CSV"},
     [ROW_TIMELINE] = {"timeline", 0, "FILE", "cycle: write a timeline that Perfetto and chrome://tracing open"},
     [ROW_REQUESTS] = {"requests", 0, "FILE", "cycle: write each request to memory as it is issued"},

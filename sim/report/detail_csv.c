@@ -1,8 +1,8 @@
-// Statistics of the levels traffic and cycle as CSV (RFC 4180): one header line, then a row for the total, each pass, each
-// draw and each iteration.
+// Statistics of the levels traffic and cycle as CSV (RFC 4180): one header line, then a row for the total, each pass,
+// each draw and each iteration.
 //
-// Every row has every column: sums over rows must choose a scope first. Units are in the glossary, not in a second header,
-// so that any tool reads the file.
+// Every row has every column: sums over rows must choose a scope first. Units are in the glossary, not in a second
+// header, so that any tool reads the file.
 #include "../levels.h"
 
 #include <inttypes.h>

@@ -1,5 +1,5 @@
-// The result of the levels traffic and cycle as JSON: the object of the function level, then bytes, times and statistics, in
-// total and by pass, draw and iteration.
+// The result of the levels traffic and cycle as JSON: the object of the function level, then bytes, times and
+// statistics, in total and by pass, draw and iteration.
 #include "result_json.h"
 
 static json_t *statistics_object(const statistics *statistics, detail_level level)
@@ -63,9 +63,9 @@ static void add_cycles(json_t *object, const detail_result *detail)
 static json_t *pass_object(const pass_record *pass, const detail_result *detail)
 {
     const pass_info *info = &pass->info;
-    json_t *object = json_pack("{s:o, s:s, s:s, s:o}", "number", json_count(info->number), "kind",
-                               pass_kind_names[info->kind], "name", info->name, "iteration",
-                               json_count(info->iteration));
+    json_t *object =
+        json_pack("{s:o, s:s, s:s, s:o}", "number", json_count(info->number), "kind", pass_kind_names[info->kind],
+                  "name", info->name, "iteration", json_count(info->iteration));
     if (detail->level == DETAIL_CYCLE) {
         json_t *bounds = json_object();
         for (int i = 0; i < RESOURCE_COUNT; i++)
@@ -92,8 +92,8 @@ static json_t *regions_array(const statistics *regions, uint64_t count, const de
     return array;
 }
 
-status detail_write_json(const run_result *function, const detail_result *detail, const char *trace_path, const char *path,
-                         const report *report)
+status detail_write_json(const run_result *function, const detail_result *detail, const char *trace_path,
+                         const char *path, const report *report)
 {
     json_t *object = result_object(function, &detail->machine, trace_path, detail->level);
     if (!object)
@@ -108,8 +108,7 @@ status detail_write_json(const run_result *function, const detail_result *detail
         json_array_append_new(passes, pass_object(&detail->passes[i], detail));
     json_object_set_new(object, "passes", passes);
     json_object_set_new(object, "draws", regions_array(detail->draws, detail->draw_count, detail));
-    json_object_set_new(object, "by_iteration",
-                        regions_array(detail->iterations, detail->iteration_count, detail));
+    json_object_set_new(object, "by_iteration", regions_array(detail->iterations, detail->iteration_count, detail));
     result_add_times(object, function);
     json_object_set_new(object, "detail_wall_seconds", json_number(detail->wall_seconds));
     return result_save(object, path, report);

@@ -43,7 +43,9 @@ static void print_time(const detail_result *detail, FILE *out)
     const double rate = derived(detail, DERIVED_INDEX_memory_gb_per_s);
     fprintf(out, "  time                %" PRIu64 " cycles to the last fragment, %" PRIu64 " until all is drained\n",
             detail->cycles, detail->drained_cycles);
-    fprintf(out, "                      %.4g ms at %" PRId64 " MHz; no less than %" PRIu64 " cycles by what bounds each pass\n",
+    fprintf(out,
+            "                      %.4g ms at %" PRId64 " MHz; no less than %" PRIu64
+            " cycles by what bounds each pass\n",
             (double)detail->drained_cycles / (1e3 * (double)detail->machine.core_mhz), detail->machine.core_mhz,
             detail->bound_cycles);
     fputs("  rates               ", out);

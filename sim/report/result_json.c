@@ -21,19 +21,20 @@ static json_t *planes_object(const run_result *result)
     json_t *planes = json_array();
     for (int i = 0; i < result->plane_count; i++) {
         const plane_result *plane = &result->planes[i];
-        json_array_append_new(planes, json_pack("{s:s, s:s, s:o, s:o, s:o, s:o}", "name", plane->name, "format",
-                                                format_table[plane->format].name, "bytes_read",
-                                                json_count(plane->bytes_read), "bytes_written", json_count(plane->bytes_written),
-                                                "bytes_cleared", json_count(plane->bytes_cleared), "texture_bytes_read",
-                                                json_count(plane->texture_bytes_read)));
+        json_array_append_new(planes,
+                              json_pack("{s:s, s:s, s:o, s:o, s:o, s:o}", "name", plane->name, "format",
+                                        format_table[plane->format].name, "bytes_read", json_count(plane->bytes_read),
+                                        "bytes_written", json_count(plane->bytes_written), "bytes_cleared",
+                                        json_count(plane->bytes_cleared), "texture_bytes_read",
+                                        json_count(plane->texture_bytes_read)));
     }
     return planes;
 }
 
 static json_t *list_object(const run_result *result)
 {
-    return json_pack("{s:o, s:o, s:o, s:o}", "kept", json_count(result->list_kept), "lost", json_count(result->list_lost),
-                     "entry_bytes", json_count(result->list_entry_bytes), "bytes",
+    return json_pack("{s:o, s:o, s:o, s:o}", "kept", json_count(result->list_kept), "lost",
+                     json_count(result->list_lost), "entry_bytes", json_count(result->list_entry_bytes), "bytes",
                      json_count(result->list_kept * result->list_entry_bytes));
 }
 
@@ -62,9 +63,10 @@ static json_t *machine_object(const machine *machine)
 
 json_t *result_object(const run_result *result, const machine *machine, const char *trace_path, detail_level level)
 {
-    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "version", ROPSIM_VERSION, "program",
-                               result->program, "trace", trace_path, "trace_hash", result->trace_hash, "machine",
-                               result->machine, "machine_hash", result->machine_hash, "detail", detail_level_names[level]);
+    json_t *object =
+        json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "version", ROPSIM_VERSION, "program", result->program, "trace",
+                  trace_path, "trace_hash", result->trace_hash, "machine", result->machine, "machine_hash",
+                  result->machine_hash, "detail", detail_level_names[level]);
     if (!object)  // a name that is not UTF-8, or no memory
         return NULL;
     json_object_set_new(object, "width", json_count(result->width));

@@ -1,8 +1,9 @@
-// A timeline of a run as Chrome trace events (the "Trace Event Format"), which Perfetto and chrome://tracing open. Streamed.
+// A timeline of a run as Chrome trace events (the "Trace Event Format"), which Perfetto and chrome://tracing open.
+// Streamed.
 //
-// Times in the file are microseconds of the machine, cut to whole nanoseconds where a cycle is at least one: viewers keep no
-// more, and slices that meet must meet in the viewer as well. Faster clocks get picoseconds. Distinct cycles stay distinct
-// either way. Lengths are differences of cut times, so that slices that lie within each other stay so.
+// Times in the file are microseconds of the machine, cut to whole nanoseconds where a cycle is at least one: viewers
+// keep no more, and slices that meet must meet in the viewer as well. Faster clocks get picoseconds. Distinct cycles
+// stay distinct either way. Lengths are differences of cut times, so that slices that lie within each other stay so.
 #include "../levels.h"
 
 #include <assert.h>
@@ -17,11 +18,11 @@ struct timeline {
     aside *aside;
     FILE *file;
     uint64_t core_mhz;
-    uint64_t units;            // of time in a microsecond: 1000 or 1000000
-    bool begun;                // an event stands before
-    uint64_t iteration, end;   // of the last pass
+    uint64_t units;           // of time in a microsecond: 1000 or 1000000
+    bool begun;               // an event stands before
+    uint64_t iteration, end;  // of the last pass
     int track_count;
-    int slots[TABLE_SIZE];     // hash of a name to a track's index + 1; 0: free
+    int slots[TABLE_SIZE];  // hash of a name to a track's index + 1; 0: free
     char names[TIMELINE_TRACKS][NAME_SIZE];
 };
 
@@ -142,6 +143,21 @@ static void begin_iteration(timeline *timeline, uint64_t iteration, uint64_t sta
     fprintf(timeline->file, ",\"args\":{\"number\":%" PRIu64 "}}", iteration);
 }
 
+// A value holds until the next: the stalls of a pass, in one event, are seen as long as it runs.
+static void write_stalls(timeline *timeline, uint64_t cycle, const statistics *statistics)
+{
+    begin_event(timeline, 'C', 0, "stalls");
+    write_time(timeline, "ts", in_units(timeline, cycle));
+    const char *separator = ",\"args\":{";
+    for (int i = 0; i < STATISTIC_COUNT; i++) {
+        if (!statistic_is_stall(i))
+            continue;
+        fprintf(timeline->file, "%s\"%s\":%" PRIu64, separator, statistic_rows[i].name, statistic_value(statistics, i));
+        separator = ",";
+    }
+    fputs("}}", timeline->file);
+}
+
 void timeline_pass(timeline *timeline, const pass_record *pass)
 {
     if (pass->info.iteration != timeline->iteration) {
@@ -155,18 +171,7 @@ void timeline_pass(timeline *timeline, const pass_record *pass)
             pass->info.number, pass_kind_names[pass->info.kind], clock_resource_names[pass->bound_by],
             pass->drained - pass->start, pass->statistics.fragments, pass->statistics.memory_bytes_read,
             pass->statistics.memory_bytes_written);
-    // A value holds until the next: the stalls of a pass, in one event, are seen as long as it runs.
-    begin_event(timeline, 'C', 0, "stalls");
-    write_time(timeline, "ts", in_units(timeline, pass->start));
-    const char *separator = ",\"args\":{";
-    for (int i = 0; i < STATISTIC_COUNT; i++) {
-        if (!statistic_is_stall(i))
-            continue;
-        fprintf(timeline->file, "%s\"%s\":%" PRIu64, separator, statistic_rows[i].name,
-                statistic_value(&pass->statistics, i));
-        separator = ",";
-    }
-    fputs("}}", timeline->file);
+    write_stalls(timeline, pass->start, &pass->statistics);
     timeline->end = pass->drained;
 }
 
@@ -186,6 +191,7 @@ void timeline_counter(timeline *timeline, const char *track, uint64_t time, doub
 status timeline_finish(timeline *timeline)
 {
     end_iteration(timeline);
+    write_stalls(timeline, timeline->end, &(statistics){0});
     fputs("\n]}\n", timeline->file);
     const status status = aside_finish(timeline->aside);
     free(timeline);
