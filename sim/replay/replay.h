@@ -20,6 +20,7 @@ typedef struct tiling {
     uint32_t tile_width, tile_height;    // pixels, powers of two
     uint32_t shift_x, shift_y;           // their logarithms
     uint32_t columns, rows, tile_count;
+    uint64_t quad_corners;               // lanes: the first sample of each quad's top left pixel
 } tiling;
 
 void tiling_init(tiling *tiling, const trace_info *info);

@@ -4,7 +4,7 @@
 
 void tiling_init(tiling *tiling, const trace_info *info)
 {
-    *tiling = (struct tiling){info->width, info->height, info->samples, 8, 8, 3, 3, 0, 0, 0};
+    *tiling = (struct tiling){info->width, info->height, info->samples, 8, 8, 3, 3, 0, 0, 0, 0};
     for (uint32_t samples = info->samples; samples > 1; samples /= 2) {
         if (tiling->shift_y >= tiling->shift_x)
             tiling->shift_y--;
@@ -16,6 +16,9 @@ void tiling_init(tiling *tiling, const trace_info *info)
     tiling->columns = (info->width + tiling->tile_width - 1) / tiling->tile_width;
     tiling->rows = (info->height + tiling->tile_height - 1) / tiling->tile_height;
     tiling->tile_count = tiling->columns * tiling->rows;
+    for (uint32_t y = 0; y < tiling->tile_height; y += 2)
+        for (uint32_t x = 0; x < tiling->tile_width; x += 2)
+            tiling->quad_corners |= 1ull << ((y << tiling->shift_x) + x) * tiling->samples;
 }
 
 uint64_t tiling_valid_lanes(const tiling *tiling, uint32_t tile)

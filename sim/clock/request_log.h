@@ -1,0 +1,33 @@
+// The requests to DRAM as a file that public DRAM simulators read: requests of all channels go in, nearly in order of
+// time; one line a burst comes out, in order of time.
+//
+// The cycle of a line is the one in which the channel accepted the request, not the one in which it was performed: a
+// simulator that reads the file has a write queue of its own. docs/dram.md has the formats and the addresses.
+#ifndef ROPSIM_CLOCK_REQUEST_LOG_H
+#define ROPSIM_CLOCK_REQUEST_LOG_H
+
+#include "../../isa/isa.h"
+
+typedef struct request_log request_log;
+
+// format: dramsim3, ramulator, ramulator2 or csv; STATUS_USAGE if it is none of them. channels: at least 1. The file is
+// written aside and renamed into place by request_log_finish. `report` outlives the log.
+status request_log_open(const char *path, const char *format, uint32_t burst_bytes, int channels, const report *report,
+                        request_log **log);
+
+// A request as a channel accepted it. core_cycle and memory_clock: the same moment; address and bytes: within the channel,
+// whole bursts. Lines are sorted by core cycle, then in order of calls, as long as none comes more than
+// REQUEST_LOG_HELD requests late; one that does is written at the cycle that the file has reached.
+enum { REQUEST_LOG_HELD = 65536 };
+typedef struct logged_request {
+    uint64_t core_cycle, memory_clock, address, bytes;
+    int channel;
+    bool write;
+} logged_request;
+void request_log_add(request_log *log, const logged_request *request);
+
+uint64_t request_log_late(const request_log *log);  // requests that came too late for their place
+status request_log_finish(request_log *log);        // frees the log, also on failure; then no file stays
+void request_log_abandon(request_log *log);         // frees it and leaves no file; NULL is fine
+
+#endif

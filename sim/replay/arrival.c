@@ -1,0 +1,289 @@
+// A schedule pass by pass over image-wide planes, each stamp in order of arrival, told to a sink.
+//
+// The function level replays the same program tile by tile, much faster; its log says how each condition went, so that none
+// is evaluated here. Planes are kept for blocks that have a fragment; all others share one block, whose full-screen passes
+// run once and are told for each of them.
+#include "arrival.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+// ---- Passes --------------------------------------------------------------------------------------------
+
+static bool draws_class(const arrival *a, const step *step, uint32_t draw)
+{
+    if (step->classes == DRAW_BATCH)
+        return a->batches->batches[a->batch].draws[draw];
+    return step->classes >> trace_get_info(a->stamps.trace)->draws[draw].class & 1;
+}
+
+status begin_pass(arrival *a, pass_kind kind, const char *name, bool numbered, const step *step, const kernel_use *use)
+{
+    const trace_info *info = trace_get_info(a->stamps.trace);
+    pass_info pass = {.kind = kind, .iteration = a->iteration};
+    snprintf(pass.name, sizeof pass.name, "%s", name);
+    a->pass_number += numbered;
+    pass.number = numbered ? a->pass_number : 0;
+    for (uint32_t d = 0; kind == PASS_DRAW && d < info->draw_count; d++) {
+        if (!draws_class(a, step, d))
+            continue;
+        pass.triangles += info->draws[d].triangles;
+        pass.vertices += info->draws[d].vertices;
+        pass.primitives += a->stamps.primitives[d];
+        pass.binned += a->options.region_pixels ? a->stamps.region_pairs[d] : 0;
+    }
+    if (use) {
+        pass.free_kernel = use->free_kernel;
+        pass.hierarchical = use->hierarchical;
+        pass.early = use->early;
+        pass.shader_operations = use->shader_operations;
+    }
+    return a->sink->begin_pass(a->sink->user, &pass);
+}
+
+static status end_pass(arrival *a)
+{
+    return a->sink->end_pass(a->sink->user);
+}
+
+static status each_by_region(arrival *a, const step *step, stamp_body *body)
+{
+    const stamps *s = &a->stamps;
+    status status = STATUS_OK;
+    uint32_t last = UINT32_MAX;
+    for (uint64_t i = 0; status == STATUS_OK && i < s->stamp_count; i++) {
+        const stamp_chunk *chunk = &s->chunks[s->by_region[i].chunk];
+        const stamp_record *record = &chunk->records[s->by_region[i].record];
+        if (!draws_class(a, step, record->draw))
+            continue;
+        const uint32_t region = stamps_region(s, record->tile);
+        status = body(a, step, chunk, record, region != last);
+        last = region;
+    }
+    return status;
+}
+
+status each_stamp(arrival *a, const step *step, stamp_body *body)
+{
+    if (a->options.region_pixels)
+        return each_by_region(a, step, body);
+    status status = stamps_rewind(&a->stamps);
+    for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;)
+        for (uint32_t i = 0; status == STATUS_OK && i < chunk->count; i++)
+            if (draws_class(a, step, chunk->records[i].draw))
+                status = body(a, step, chunk, &chunk->records[i], false);
+    return status;
+}
+
+static status draw_stamp(arrival *a, const step *step, const stamp_chunk *chunk, const stamp_record *record, bool begins_region)
+{
+    stamp stamp = {.begins_primitive = record->begins_primitive, .begins_region = begins_region};
+    stamp_execute(a, step->kernel, chunk, record, record->tile, record->lanes, &stamp);
+    return a->sink->stamp(a->sink->user, &stamp);
+}
+
+static status draw(arrival *a, const step *step)
+{
+    const kernel_decl *kernel = &a->program->kernels[step->kernel];
+    status status = begin_pass(a, PASS_DRAW, kernel->name, step->classes != DRAW_OPAQUE, step, &a->uses[step->kernel]);
+    if (status == STATUS_OK)
+        status = each_stamp(a, step, draw_stamp);
+    return status == STATUS_OK ? end_pass(a) : status;
+}
+
+// The blocks of an image by rows; on a tile-based machine, by regions.
+static uint32_t tile_in_order(const arrival *a, uint32_t i, bool *begins_region)
+{
+    *begins_region = false;
+    if (!a->options.region_pixels)
+        return i;
+    *begins_region = i == 0 || stamps_region(&a->stamps, a->frame_order[i]) != stamps_region(&a->stamps, a->frame_order[i - 1]);
+    return a->frame_order[i];
+}
+
+static bool tile_wanted(const arrival *a, uint32_t tile)
+{
+    return !a->options.tiles || a->options.tiles[tile];
+}
+
+static status fullscreen(arrival *a, const step *step)
+{
+    const kernel_decl *kernel = &a->program->kernels[step->kernel];
+    status status = begin_pass(a, PASS_FULLSCREEN, kernel->name, true, step, &a->uses[step->kernel]);
+    bool empty_done = false;
+    for (uint32_t i = 0; status == STATUS_OK && i < a->tiling.tile_count; i++) {
+        stamp stamp = {0};
+        const uint32_t tile = tile_in_order(a, i, &stamp.begins_region);
+        if (!tile_wanted(a, tile))
+            continue;
+        const bool empty = a->storage_of_tile[tile] == UINT32_MAX;
+        const uint64_t lanes = tiling_valid_lanes(&a->tiling, tile);
+        if (empty && empty_done)
+            memcpy(arrival_plane(a, 0, tile), a->empty_before, a->plan.tile_words * sizeof(uint32_t));
+        else if (empty)
+            memcpy(a->empty_before, arrival_plane(a, 0, tile), a->plan.tile_words * sizeof(uint32_t));
+        empty_done |= empty;
+        stamp_execute(a, step->kernel, NULL, NULL, tile, empty ? UINT64_MAX : lanes, &stamp);
+        if (empty && lanes != UINT64_MAX)
+            stamp_cut(a, lanes, &stamp);
+        status = a->sink->stamp(a->sink->user, &stamp);
+    }
+    return status == STATUS_OK ? end_pass(a) : status;
+}
+
+static size_t plane_words(const arrival *a, int storage)
+{
+    return (format_table[a->frame.plane_formats[storage]].class == FORMAT_CLASS_COLOR ? 4 : 1) * TILE_LANES;
+}
+
+static status copy(arrival *a, const step *step)
+{
+    const int to = a->plane_at[step->plane], from = a->plane_at[step->source];
+    const bool color = format_table[a->frame.plane_formats[to]].class == FORMAT_CLASS_COLOR;
+    const access_unit unit = color ? ACCESS_COLOR : ACCESS_DEPTH;
+    status status = begin_pass(a, PASS_COPY, a->program->planes[step->plane].name, false, step, NULL);
+    bool empty_done = false;
+    for (uint32_t i = 0; status == STATUS_OK && i < a->tiling.tile_count; i++) {
+        stamp stamp = {0};
+        const uint32_t tile = tile_in_order(a, i, &stamp.begins_region);
+        if (!tile_wanted(a, tile))
+            continue;
+        const bool empty = a->storage_of_tile[tile] == UINT32_MAX;
+        if (!empty || !empty_done)
+            memcpy(arrival_plane(a, to, tile), arrival_plane(a, from, tile), plane_words(a, to) * sizeof(uint32_t));
+        empty_done |= empty;
+        const uint64_t lanes = tiling_valid_lanes(&a->tiling, tile);
+        stamp.tile = tile;
+        stamp.draw = UINT32_MAX;
+        stamp.lanes = stamp.shaded = stamp.alive = stamp.passed = lanes;
+        stamp.quads = stamp.quads_shaded = stamp.quads_passed = quads_of(&a->tiling, lanes);
+        a->accesses[0] = (plane_access){(uint8_t)from, unit, lanes, 0};
+        a->accesses[1] = (plane_access){(uint8_t)to, unit, 0, lanes};
+        stamp.accesses = a->accesses;
+        stamp.access_count = 2;
+        status = a->sink->stamp(a->sink->user, &stamp);
+    }
+    return status == STATUS_OK ? end_pass(a) : status;
+}
+
+static void fill_plane(arrival *a, int storage, const uint32_t value[4])
+{
+    const size_t words = plane_words(a, storage);
+    for (uint32_t n = 0; n <= a->storage_count; n++) {
+        uint32_t *base = n == a->storage_count ? a->empty_storage : a->storage + (size_t)n * a->plan.tile_words;
+        for (size_t i = 0; i < words; i++)
+            base[a->plan.plane_offset[storage] + i] = value[i / TILE_LANES];
+    }
+}
+
+static status clear(arrival *a, const step *step)
+{
+    uint32_t value[4];
+    const int storage = a->plane_at[step->plane];
+    bound_clear_value(a->bound, step, value);
+    if (step->value.kind == VALUE_BATCH_NEAR)
+        value[0] = a->batches->batches[a->batch].near_code;
+    else if (step->value.kind == VALUE_BATCH_FAR)
+        value[0] = a->batches->batches[a->batch].far_code;
+    fill_plane(a, storage, value);
+    pass_info pass = {.kind = PASS_CLEAR, .iteration = a->iteration, .plane = (uint8_t)storage};
+    snprintf(pass.name, sizeof pass.name, "%s", a->program->planes[step->plane].name);
+    const status status = a->sink->begin_pass(a->sink->user, &pass);
+    return status == STATUS_OK ? end_pass(a) : status;
+}
+
+// ---- Schedule ------------------------------------------------------------------------------------------
+
+static const draw_batches *batches_of(const arrival *a, int at)
+{
+    int index = 0;
+    for (int s = 0; s < at; s++)
+        index += a->program->steps[s].kind == STEP_BATCHES;
+    return &a->function->batches[index];
+}
+
+static bool condition(arrival *a)
+{
+    assert(a->condition < a->function->condition_count);
+    return a->function->conditions[a->condition++].holds;
+}
+
+// Runs one step; *at becomes where the schedule goes on.
+static status run_step(arrival *a, int *at)
+{
+    const step *step = &a->program->steps[*at];
+    uint8_t kept;
+    int next = *at + 1;
+    status status = STATUS_OK;
+    switch (step->kind) {
+    case STEP_CLEAR: status = clear(a, step); break;
+    case STEP_COPY: status = copy(a, step); break;
+    case STEP_SWAP:
+        kept = a->plane_at[step->plane];
+        a->plane_at[step->plane] = a->plane_at[step->source];
+        a->plane_at[step->source] = kept;
+        break;
+    case STEP_DRAW: status = draw(a, step); break;
+    case STEP_FULLSCREEN: status = fullscreen(a, step); break;
+    case STEP_LIST: status = arrival_list(a, step); break;
+    case STEP_REPEAT: a->iteration = a->nest++ == 0 ? 1 : a->iteration; break;
+    case STEP_WHILE:
+        if (condition(a)) {
+            a->iteration += a->nest == 1;
+            next = step->target + 1;  // behind its `repeat`
+        } else if (--a->nest == 0) {
+            a->iteration = 0;
+        }
+        break;
+    case STEP_IF: next = condition(a) ? next : step->target + 1; break;
+    case STEP_BATCHES:
+        a->batches = batches_of(a, *at);
+        a->batch = 0;
+        next = a->batches->count ? next : step->target + 1;
+        break;
+    case STEP_END_BATCHES: next = ++a->batch < a->batches->count ? step->target + 1 : next; break;
+    case STEP_RESET:
+    case STEP_END: break;
+    }
+    *at = next;
+    return status;
+}
+
+status arrival_run(arrival *a, const stamp_sink *sink)
+{
+    status status = STATUS_OK;
+    a->sink = sink;
+    a->condition = a->pass_number = a->iteration = 0;
+    a->nest = 0;
+    for (int i = 0; i < a->program->plane_count; i++)
+        a->plane_at[i] = (uint8_t)i;
+    memset(a->storage, 0, (size_t)a->storage_count * a->plan.tile_words * sizeof(uint32_t));
+    memset(a->empty_storage, 0, a->plan.tile_words * sizeof(uint32_t));
+    for (int at = 0; status == STATUS_OK && at < a->program->step_count;) {
+        report_progress(a->report, "passes in order of arrival", a->pass_number, a->function->geometry_passes + a->function->fullscreen_passes);
+        status = run_step(a, &at);
+    }
+    return status;
+}
+
+status arrival_check(const arrival *a)
+{
+    for (int i = 0; i < a->program->plane_count; i++) {
+        const int storage = a->plane_at[i];
+        const uint32_t components = (uint32_t)plane_words(a, storage) / TILE_LANES;
+        for (uint32_t t = 0; a->function->plane_values[i] && t < a->tiling.tile_count; t++) {
+            const uint32_t *words = arrival_plane(a, storage, t);
+            for (uint64_t lanes = tiling_valid_lanes(&a->tiling, t); lanes; lanes &= lanes - 1) {
+                const uint32_t lane = (uint32_t)__builtin_ctzll(lanes);
+                const uint32_t *expected = a->function->plane_values[i] + tiling_sample(&a->tiling, t, lane) * components;
+                for (uint32_t c = 0; c < components; c++)
+                    if (words[c * TILE_LANES + lane] != expected[c])
+                        return report_error(a->report, STATUS_REFUSED,
+                                            "internal error: plane '%s' differs between the levels of detail at block %u, lane %u",
+                                            a->program->planes[i].name, t, lane);
+            }
+        }
+    }
+    return STATUS_OK;
+}

@@ -1,0 +1,158 @@
+// What the replay in order of arrival needs is set up here, and freed again.
+#include "arrival.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const uint64_t DEFAULT_MEMORY = 4ull << 30;
+
+static status refuse_memory(const arrival *a)
+{
+    return report_error(a->report, STATUS_IO, "out of memory: planes in order of arrival");
+}
+
+static const uint32_t *contents(void *user, int plane, uint32_t tile)
+{
+    return arrival_plane(user, plane, tile);
+}
+
+static void describe_frame(arrival *a, const rop_limits *limits)
+{
+    const tiling *t = &a->tiling;
+    a->frame = (frame){.width = t->image_width, .height = t->image_height, .samples = t->samples, .tile_width = t->tile_width,
+                       .tile_height = t->tile_height, .columns = t->columns, .rows = t->rows, .tile_count = t->tile_count,
+                       .plane_count = a->program->plane_count, .draw_count = trace_get_info(a->stamps.trace)->draw_count,
+                       .contents = contents, .user = a};
+    for (int i = 0; i < a->program->plane_count; i++) {
+        memcpy(a->frame.plane_names[i], a->program->planes[i].name, NAME_SIZE);
+        a->frame.plane_formats[i] = bound_plane_format(a->bound, i);
+        a->frame.plane_bits[i] = format_table[a->frame.plane_formats[i]].bits;
+    }
+    (void)limits;
+}
+
+// Depth formats that `list` steps compare with, without an instruction that says so.
+static uint32_t list_formats(const arrival *a)
+{
+    uint32_t formats = 0;
+    for (int s = 0; s < a->program->step_count; s++)
+        if (a->program->steps[s].kind == STEP_LIST)
+            formats |= 1u << bound_plane_format(a->bound, a->program->steps[s].source);
+    return formats;
+}
+
+static status make_stamps(arrival *a, trace *trace)
+{
+    const uint32_t lists = list_formats(a);
+    const stamp_request request = {
+        .depth_formats = bound_depth_formats(a->bound) | lists,
+        .color = lists || bound_reads(a->bound, SOURCE_FRAGMENT_COLOR) || bound_reads(a->bound, SOURCE_FRAGMENT_PREMUL),
+        .memory_bytes = a->options.memory_bytes ? a->options.memory_bytes : DEFAULT_MEMORY,
+        .tiles = a->options.tiles,
+        .region_pixels = a->options.region_pixels,
+    };
+    return stamps_make(trace, &a->tiling, &request, a->report, &a->stamps);
+}
+
+static status make_planes(arrival *a)
+{
+    const uint32_t tiles = a->tiling.tile_count;
+    a->storage_of_tile = malloc((size_t)tiles * sizeof *a->storage_of_tile);
+    if (!a->storage_of_tile)
+        return refuse_memory(a);
+    for (uint32_t t = 0; t < tiles; t++)
+        a->storage_of_tile[t] = a->stamps.touched[t] ? a->storage_count++ : UINT32_MAX;
+    const size_t tile_bytes = (size_t)a->plan.tile_words * sizeof(uint32_t);
+    a->storage = aligned_alloc(64, a->storage_count ? a->storage_count * tile_bytes : 64);
+    a->empty_storage = aligned_alloc(64, tile_bytes ? tile_bytes : 64);
+    a->empty_before = malloc(tile_bytes + 1);
+    a->counts = calloc((size_t)a->plan.count_total + 1, sizeof *a->counts);
+    a->log = calloc(2 * WORD_MAX, sizeof *a->log);
+    a->lanes_of_columns = aligned_alloc(64, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
+    const bool good = a->storage && a->empty_storage && a->empty_before && a->counts && a->log && a->lanes_of_columns;
+    if (good)
+        memset(a->lanes_of_columns, 0, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
+    return good ? STATUS_OK : refuse_memory(a);
+}
+
+// Blocks in order of regions, and by rows within each.
+static status order_frame(arrival *a)
+{
+    const uint32_t tiles = a->tiling.tile_count;
+    const uint32_t regions = stamps_region(&a->stamps, tiles - 1) + 1;
+    uint32_t *starts = calloc((size_t)regions + 1, sizeof *starts);
+    a->frame_order = malloc((size_t)tiles * sizeof *a->frame_order);
+    if (starts && a->frame_order) {
+        for (uint32_t t = 0; t < tiles; t++)
+            starts[stamps_region(&a->stamps, t) + 1]++;
+        for (uint32_t r = 0; r < regions; r++)
+            starts[r + 1] += starts[r];
+        for (uint32_t t = 0; t < tiles; t++)
+            a->frame_order[starts[stamps_region(&a->stamps, t)]++] = t;
+    }
+    free(starts);
+    return starts && a->frame_order ? STATUS_OK : refuse_memory(a);
+}
+
+status arrival_create(const program *program, const machine *machine, trace *trace, const run_result *function,
+                      const arrival_options *options, const report *report, arrival **result)
+{
+    rop_limits limits;
+    const trace_info *info = trace_get_info(trace);
+    arrival *a = calloc(1, sizeof *a);
+    *result = NULL;
+    if (!a)
+        return report_error(report, STATUS_IO, "out of memory");
+    a->program = program;
+    a->machine = machine;
+    a->function = function;
+    a->report = report;
+    a->options = *options;
+    machine_limits(machine, &limits);
+    tiling_init(&a->tiling, info);
+    status status = bind_program(program, &limits, info->reversed_depth, info->background, report, &a->bound);
+    if (status == STATUS_OK)
+        status = plan_make(&a->plan, program, a->bound, report);
+    if (status == STATUS_OK && !(a->execute = execute_select(options->vector_bytes)))
+        status = report_error(report, STATUS_USAGE, "vectors of %d bytes: this processor or build has none", options->vector_bytes);
+    if (status == STATUS_OK)
+        status = kernel_use_find(program, a->bound, machine, report, a->uses);
+    if (status == STATUS_OK)
+        status = make_stamps(a, trace);
+    if (status == STATUS_OK)
+        status = make_planes(a);
+    if (status == STATUS_OK && options->region_pixels)
+        status = order_frame(a);
+    if (status == STATUS_OK)
+        describe_frame(a, &limits);
+    if (status == STATUS_OK)
+        *result = a;
+    else
+        arrival_destroy(a);
+    return status;
+}
+
+void arrival_destroy(arrival *a)
+{
+    if (!a)
+        return;
+    for (int k = 0; k < KERNEL_MAX; k++)
+        free(a->uses[k].accesses);
+    bound_destroy(a->bound);
+    stamps_free(&a->stamps);
+    free(a->storage_of_tile);
+    free(a->storage);
+    free(a->empty_storage);
+    free(a->empty_before);
+    free(a->frame_order);
+    free(a->counts);
+    free(a->log);
+    free(a->lanes_of_columns);
+    free(a->entries);
+    free(a);
+}
+
+const frame *arrival_frame(const arrival *a)
+{
+    return &a->frame;
+}

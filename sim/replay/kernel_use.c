@@ -1,0 +1,113 @@
+// A bound program in; out of each kernel: which planes it touches where, which instructions decide on its fragments, and
+// what a machine may do before it shades.
+//
+// Hierarchical depth may discard a stamp whole if a fragment that fails the depth test leaves nothing behind: no stencil
+// operation on failure. An early test moves the whole test, and what it writes, in front of the shader: that is legal if the
+// shader discards nothing, or if the test writes nothing.
+#include "arrival.h"
+
+#include <stdlib.h>
+
+static bool keeps_stencil_on_failure(const pass_decl *pass)
+{
+    return pass->stencil_plane < 0 || (pass->stencil_fail == STENCIL_keep && pass->stencil_depth_fail == STENCIL_keep);
+}
+
+static bool tests_depth(const pass_decl *pass)
+{
+    return pass->depth_plane >= 0 && pass->depth_function != COMPARE_always && pass->depth_function != COMPARE_never;
+}
+
+static void find_tests(const pass_decl *pass, kernel_use *use)
+{
+    const bool discards = pass->clip_count > 0 || pass->keep || pass->keep_negated;
+    const bool writes = pass->depth_write || (pass->stencil_plane >= 0 && pass->stencil_pass != STENCIL_keep);
+    if (!tests_depth(pass) || !keeps_stencil_on_failure(pass))
+        return;
+    use->depth_plane = pass->depth_plane;
+    use->depth_function = pass->depth_function;
+    use->hierarchical = pass->depth_function != COMPARE_notequal;
+    use->early = !discards || !writes;
+    use->early_directly = discards;
+}
+
+static bool writes_predicate(opcode op)
+{
+    return opcode_table[op].d == OPERAND_PRED;
+}
+
+// The instruction that decides: of a stage, the first that writes a predicate; of stages in a row, the last of those.
+static void find_verdicts(const bound_program *bound, int k, const instruction *code, int count, kernel_use *use)
+{
+    bool stencil = false, depth = false;
+    for (int i = 0; i < count; i++) {
+        const pass_stage stage = bound_stage(bound, k, i);
+        if (!writes_predicate(code[i].op))
+            continue;
+        if (stage == STAGE_KEEP || stage == STAGE_CLIP) {
+            use->alive_at = i;
+        } else if (stage == STAGE_STENCIL_TEST && !stencil) {
+            use->passed_at = i;
+            stencil = true;
+        } else if (stage == STAGE_DEPTH_TEST && !depth) {
+            use->passed_at = i;
+            depth = true;
+        }
+    }
+}
+
+static void find_accesses(const bound_program *bound, const instruction *code, int count, kernel_use *use)
+{
+    for (int i = 0; i < count; i++) {
+        const opcode op = code[i].op;
+        if (op != OP_ld && op != OP_st && op != OP_tex)
+            continue;
+        const uint8_t plane = op == OP_st ? code[i].d : code[i].a;
+        const bool color = format_table[bound_plane_format(bound, plane)].class == FORMAT_CLASS_COLOR;
+        const access_unit unit = op == OP_tex ? ACCESS_TEXTURE : color ? ACCESS_COLOR : ACCESS_DEPTH;
+        use->accesses[use->access_count++] = (kernel_access){plane, unit, op == OP_st, (uint16_t)i};
+        use->texture_planes += op == OP_tex;
+    }
+}
+
+// Operations of the fragment shader: its own, what the pass adds, and the shading of the colour that the trace holds.
+static uint32_t shader_operations(const bound_program *bound, const kernel_decl *kernel, int k, const instruction *code,
+                                  int count, const machine *machine)
+{
+    uint32_t operations = 0;
+    bool color = false;
+    for (int i = 0; i < count; i++) {
+        const opcode_row *row = &opcode_table[code[i].op];
+        const pass_stage stage = kernel->is_pass ? bound_stage(bound, k, i) : STAGE_KERNEL;
+        operations += stage == STAGE_SHADER || stage == STAGE_KEEP || stage == STAGE_CLIP ? (uint32_t)row->cycles : 0;
+        const bool reads_a = row->a == OPERAND_SRC || row->a == OPERAND_CSRC || row->a == OPERAND_ASRC;
+        const bool reads_b = row->b == OPERAND_SRC || row->b == OPERAND_CSRC || row->b == OPERAND_ASRC;
+        color |= reads_a && (code[i].a == SOURCE_FRAGMENT_COLOR || code[i].a == SOURCE_FRAGMENT_PREMUL);
+        color |= reads_b && (code[i].b == SOURCE_FRAGMENT_COLOR || code[i].b == SOURCE_FRAGMENT_PREMUL);
+    }
+    return operations + (color ? (uint32_t)machine->shader_operations_per_fragment : 0);
+}
+
+status kernel_use_find(const program *program, const bound_program *bound, const machine *machine, const report *report,
+                       kernel_use uses[KERNEL_MAX])
+{
+    for (int k = 0; k < program->kernel_count; k++) {
+        const kernel_decl *kernel = &program->kernels[k];
+        kernel_use *use = &uses[k];
+        int count;
+        const instruction *code = bound_instructions(bound, k, &count);
+        *use = (kernel_use){.alive_at = -1, .passed_at = -1, .depth_plane = -1, .free_kernel = !kernel->is_pass};
+        use->accesses = malloc(((size_t)count + 1) * sizeof *use->accesses);
+        if (!use->accesses)
+            return report_error(report, STATUS_IO, "out of memory: kernels");
+        for (int i = 0; i < count; i++)
+            use->has_skip |= code[i].op == OP_skip;
+        find_accesses(bound, code, count, use);
+        if (kernel->is_pass) {
+            find_verdicts(bound, k, code, count, use);
+            find_tests(&kernel->pass, use);
+        }
+        use->shader_operations = shader_operations(bound, kernel, k, code, count, machine);
+    }
+    return STATUS_OK;
+}

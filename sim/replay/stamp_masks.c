@@ -1,0 +1,61 @@
+// Lanes of a block in, quads and verdicts of depth tests out.
+#include "arrival.h"
+
+uint32_t quads_of(const tiling *t, uint64_t lanes)
+{
+    if (!lanes)
+        return 0;
+    // Samples of a pixel, then the pixel to the right, then the row below are folded onto one lane of each quad.
+    for (uint32_t step = 1; step < t->samples; step *= 2)
+        lanes |= lanes >> step;
+    lanes |= lanes >> t->samples;
+    lanes |= lanes >> (t->samples << t->shift_x);
+    return (uint32_t)__builtin_popcountll(lanes & t->quad_corners);
+}
+
+static bool holds(compare_function function, uint32_t fragment, uint32_t stored)
+{
+    switch (function) {
+    case COMPARE_less: return fragment < stored;
+    case COMPARE_equal: return fragment == stored;
+    case COMPARE_lequal: return fragment <= stored;
+    case COMPARE_greater: return fragment > stored;
+    case COMPARE_notequal: return fragment != stored;
+    case COMPARE_gequal: return fragment >= stored;
+    case COMPARE_never: return false;
+    default: return true;
+    }
+}
+
+uint64_t depth_test_lanes(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes)
+{
+    uint64_t found = 0;
+    for (uint64_t left = lanes; left; left &= left - 1) {
+        const int lane = __builtin_ctzll(left);
+        found |= (uint64_t)holds(function, codes[lane], plane[lane]) << lane;
+    }
+    return found;
+}
+
+bool depth_range_fails(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes)
+{
+    uint32_t least = UINT32_MAX, most = 0, block_least = UINT32_MAX, block_most = 0;
+    for (uint64_t left = lanes; left; left &= left - 1) {
+        const uint32_t code = codes[__builtin_ctzll(left)];
+        least = code < least ? code : least;
+        most = code > most ? code : most;
+    }
+    for (int lane = 0; lane < TILE_LANES; lane++) {
+        block_least = plane[lane] < block_least ? plane[lane] : block_least;
+        block_most = plane[lane] > block_most ? plane[lane] : block_most;
+    }
+    switch (function) {
+    case COMPARE_less: return least >= block_most;
+    case COMPARE_lequal: return least > block_most;
+    case COMPARE_greater: return most <= block_least;
+    case COMPARE_gequal: return most < block_least;
+    case COMPARE_equal: return least > block_most || most < block_least;
+    case COMPARE_never: return true;
+    default: return false;
+    }
+}

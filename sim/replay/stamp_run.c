@@ -1,0 +1,143 @@
+// One stamp in: its kernel is run on its lanes, and what it did to which plane comes out.
+#include "arrival.h"
+#include "expand.h"
+
+#include <string.h>
+
+uint32_t *arrival_plane(const arrival *a, int storage, uint32_t tile)
+{
+    const uint32_t number = a->storage_of_tile[tile];
+    uint32_t *base = number == UINT32_MAX ? a->empty_storage : a->storage + (size_t)number * a->plan.tile_words;
+    return base + a->plan.plane_offset[storage];
+}
+
+// The fragments of a stamp as lanes; a full block is used where it lies.
+static void spread(arrival *a, const stamp_chunk *chunk, const stamp_record *record, batch *batch)
+{
+    uint32_t *next = a->lanes_of_columns;
+    const bool full = record->lanes == UINT64_MAX;
+    for (int f = 0; f < FORMAT_COUNT; f++) {
+        if (!chunk->codes[f])
+            continue;
+        const uint32_t *dense = chunk->codes[f] + record->offset;
+        if (!full)
+            expand_lanes(next, dense, record->lanes);
+        batch->depth[f] = full ? dense : next;
+        next += TILE_LANES;
+    }
+    for (int c = 0; chunk->rgba[0] && c < 4; c++) {
+        const float *dense = chunk->rgba[c] + record->offset;
+        if (!full)
+            expand_lanes(next, dense, record->lanes);
+        batch->rgba[c] = full ? dense : (const float *)(const void *)next;
+        next += TILE_LANES;
+    }
+    for (int lane = 0; lane < TILE_LANES; lane++)
+        next[lane] = record->primitive;
+    batch->primitive = next;
+}
+
+// Accesses of one plane by one unit become one.
+static void add_access(arrival *a, stamp *stamp, uint8_t plane, access_unit unit, uint64_t read, uint64_t written)
+{
+    if (!read && !written)
+        return;
+    for (int i = 0; i < stamp->access_count; i++) {
+        if (a->accesses[i].plane == plane && a->accesses[i].unit == unit) {
+            a->accesses[i].read |= read;
+            a->accesses[i].written |= written;
+            return;
+        }
+    }
+    a->accesses[stamp->access_count++] = (plane_access){plane, unit, read, written};
+}
+
+static void describe_accesses(arrival *a, const kernel_use *use, stamp *stamp)
+{
+    for (int i = 0; i < use->access_count; i++) {
+        const kernel_access *access = &use->accesses[i];
+        const uint64_t lanes = a->log[access->instruction].executed & (access->unit == ACCESS_TEXTURE ? stamp->shaded : UINT64_MAX);
+        add_access(a, stamp, a->plane_at[access->plane], access->unit, access->write ? 0 : lanes, access->write ? lanes : 0);
+    }
+}
+
+static uint32_t count_slots(const arrival *a, int kernel, const kernel_use *use, uint64_t lanes)
+{
+    int count;
+    const instruction *code = bound_instructions(a->bound, kernel, &count);
+    const uint32_t guarded = (uint32_t)a->machine->kernel_guarded_slots, all = quads_of(&a->tiling, lanes);
+    uint32_t slots = 0;
+    for (int i = 0; i < count; i++) {
+        const lane_log *log = &a->log[i];
+        const uint32_t active = use->has_skip ? quads_of(&a->tiling, log->active) : all;
+        const uint32_t executed = log->executed == lanes ? all : quads_of(&a->tiling, log->executed);
+        slots += executed * (uint32_t)opcode_table[code[i].op].cycles + (active - executed) * guarded;
+    }
+    return slots;
+}
+
+static void describe(arrival *a, int kernel, const kernel_use *use, stamp *stamp)
+{
+    const uint64_t lanes = stamp->lanes;
+    stamp->alive = use->alive_at < 0 ? lanes : a->log[use->alive_at].outcome & lanes;
+    stamp->passed = use->passed_at < 0 ? stamp->alive : a->log[use->passed_at].outcome & lanes;
+    if (stamp->hierarchical)
+        stamp->shaded = 0;
+    else if (a->options.early && use->early && !use->early_directly)
+        stamp->shaded = stamp->passed;
+    stamp->alive &= stamp->shaded;
+    stamp->quads = quads_of(&a->tiling, lanes);
+    stamp->quads_shaded = stamp->shaded == lanes ? stamp->quads : quads_of(&a->tiling, stamp->shaded);
+    stamp->quads_passed = stamp->passed == stamp->shaded ? stamp->quads_shaded : quads_of(&a->tiling, stamp->passed);
+    stamp->texture_reads = stamp->quads_shaded * (uint32_t)use->texture_planes;
+    stamp->kernel_slots = use->free_kernel ? count_slots(a, kernel, use, lanes) : 0;
+    if (stamp->hierarchical)
+        return;
+    describe_accesses(a, use, stamp);
+    if (a->options.early && use->early_directly && use->early)  // which reads depth for what the shader discards later, too
+        add_access(a, stamp, a->plane_at[use->depth_plane], ACCESS_DEPTH, lanes, 0);
+}
+
+void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
+                   uint64_t lanes, stamp *stamp)
+{
+    const kernel_use *use = &a->uses[kernel];
+    tile_plane planes[PLANE_MAX];
+    batch batch = {.lanes = lanes, .log = a->log};
+    for (int i = 0; i < a->program->plane_count; i++)
+        planes[i] = arrival_plane(a, a->plane_at[i], tile);
+    if (record)
+        spread(a, chunk, record, &batch);
+    stamp->tile = tile;
+    stamp->lanes = stamp->shaded = lanes;
+    stamp->draw = record ? record->draw : UINT32_MAX;
+    stamp->accesses = a->accesses;
+    if (record && use->depth_plane >= 0) {
+        const uint32_t *codes = batch.depth[bound_plane_format(a->bound, use->depth_plane)];
+        const uint32_t *plane = planes[use->depth_plane];
+        stamp->hierarchical = a->options.hierarchical && use->hierarchical && depth_range_fails(use->depth_function, codes, plane, lanes);
+        if (a->options.early && use->early && use->early_directly && !stamp->hierarchical)
+            stamp->shaded = depth_test_lanes(use->depth_function, codes, plane, lanes);
+    }
+    a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    describe(a, kernel, use, stamp);
+}
+
+void stamp_cut(arrival *a, uint64_t lanes, stamp *stamp)
+{
+    stamp->lanes &= lanes;
+    stamp->shaded &= lanes;
+    stamp->alive &= lanes;
+    stamp->passed &= lanes;
+    const uint32_t all = stamp->quads;
+    stamp->quads = quads_of(&a->tiling, stamp->lanes);
+    stamp->quads_shaded = quads_of(&a->tiling, stamp->shaded);
+    stamp->quads_passed = quads_of(&a->tiling, stamp->passed);
+    // All lanes of an empty block do the same.
+    stamp->kernel_slots = all ? stamp->kernel_slots / all * stamp->quads : 0;
+    stamp->texture_reads = all ? stamp->texture_reads / all * stamp->quads_shaded : 0;
+    for (int i = 0; i < stamp->access_count; i++) {
+        a->accesses[i].read &= lanes;
+        a->accesses[i].written &= lanes;
+    }
+}

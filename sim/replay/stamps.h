@@ -1,0 +1,62 @@
+// A trace as stamps: what each primitive covers of each block of 64 samples, in order of arrival.
+#ifndef ROPSIM_STAMPS_H
+#define ROPSIM_STAMPS_H
+
+#include "../levels.h"
+#include "replay.h"
+
+typedef struct stamp_record {
+    uint64_t lanes;
+    uint64_t offset;        // its fragments lie there in the chunk's columns, in order of lanes
+    uint32_t tile, primitive;
+    uint32_t draw;
+    bool begins_primitive;
+} stamp_record;
+
+typedef struct stamp_chunk {
+    stamp_record *records;
+    uint32_t count, capacity;
+    uint64_t fragment_count, fragment_capacity;
+    uint32_t *codes[FORMAT_COUNT];  // of the formats asked for
+    float *rgba[4];                 // if asked for
+} stamp_chunk;
+
+typedef struct stamp_request {
+    uint32_t depth_formats;  // bit f: codes of format f
+    bool color;
+    uint64_t memory_bytes;
+    const uint8_t *tiles;    // NULL, or one a block: only those that are not 0
+    uint32_t region_pixels;  // not 0: also put into order of regions
+} stamp_request;
+
+// A stamp in order of regions.
+typedef struct stamp_place { uint32_t chunk, record; } stamp_place;
+
+typedef struct stamps {
+    trace *trace;
+    const tiling *tiling;
+    stamp_request request;
+    const report *report;
+    stamp_chunk *chunks;     // all of them if they fit the budget, else the one being read
+    uint32_t chunk_count, chunk_capacity;
+    bool whole;              // all are there
+    uint8_t *touched;        // one a block: it has a fragment
+    uint64_t *primitives;    // of each draw: runs of stamps
+    uint64_t *region_pairs;  // of each draw: primitives times the regions they touch, if regions were asked for
+    stamp_place *by_region;  // then: all stamps by region, each region's in order of arrival
+    uint64_t stamp_count;
+    struct stamp_pending *pending;
+    uint32_t at;             // next chunk, if all are there
+    bool ended;
+} stamps;
+
+// Reads the trace once. Free with stamps_free, also after a failure.
+status stamps_make(trace *trace, const tiling *tiling, const stamp_request *request, const report *report, stamps *stamps);
+void stamps_free(stamps *stamps);
+status stamps_rewind(stamps *stamps);
+// The next chunk, NULL at the end; valid until the next call.
+status stamps_next(stamps *stamps, const stamp_chunk **chunk);
+// The number of the region that a block lies in, by rows.
+uint32_t stamps_region(const stamps *stamps, uint32_t tile);
+
+#endif
