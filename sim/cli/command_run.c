@@ -46,7 +46,8 @@ static const command_option option_rows[] = {
     [ROW_CSV] = {"csv", 0, "FILE", "from traffic on: write statistics in total and by pass, draw and iteration as CSV"},
     [ROW_TIMELINE] = {"timeline", 0, "FILE", "cycle: write a timeline that Perfetto and chrome://tracing open"},
     [ROW_REQUESTS] = {"requests", 0, "FILE", "cycle: write each request to memory as it is issued"},
-    [ROW_REQUESTS_FORMAT] = {"requests-format", 0, "FORMAT", "of --requests: dramsim3, ramulator or csv; default csv"},
+    [ROW_REQUESTS_FORMAT] = {"requests-format", 0, "FORMAT",
+                             "of --requests: dramsim3, ramulator, ramulator2 or csv; default csv"},
     {0},
 };
 
@@ -106,7 +107,7 @@ static bool refuse(const char *why)
 // What is asked for and what the level gives; false after saying what does not go together.
 static bool check_words(run_words *words)
 {
-    static const char *const formats[] = {"dramsim3", "ramulator", "csv"};
+    static const char *const formats[] = {"dramsim3", "ramulator", "ramulator2", "csv"};
     const int level = find_choice("detail", words->detail, detail_level_names, DETAIL_COUNT);
     if (level < 0)
         return false;
