@@ -37,6 +37,7 @@ typedef struct statistic_row {
     detail_level level;
 } statistic_row;
 extern const statistic_row statistic_rows[STATISTIC_COUNT];
+bool statistic_is_stall(int index);  // cycles that something waited, for one cause
 
 enum {
 #define DERIVED(name, level, unit, expression, meaning) DERIVED_INDEX_##name,
@@ -45,7 +46,7 @@ enum {
     DERIVED_COUNT
 };
 extern const statistic_row derived_rows[DERIVED_COUNT];
-// NaN where it is no number.
+// In double, so that counts divide as numbers. NaN where it is no finite number.
 double derived_value(int index, const statistics *statistics, const machine *machine);
 
 // All fields are uint64_t: a region of a run is end minus start.
@@ -58,7 +59,8 @@ static inline uint64_t statistic_value(const statistics *statistics, int index)
 
 // ---- Passes and stamps (from sim/replay) ---------------------------------------------------------------
 
-typedef enum pass_kind { PASS_DRAW, PASS_FULLSCREEN, PASS_COPY, PASS_CLEAR } pass_kind;
+typedef enum pass_kind { PASS_DRAW, PASS_FULLSCREEN, PASS_COPY, PASS_CLEAR, PASS_DRAIN, PASS_KINDS } pass_kind;
+extern const char *const pass_kind_names[PASS_KINDS];
 
 typedef struct pass_info {
     pass_kind kind;
@@ -76,6 +78,7 @@ typedef struct pass_info {
 
 // Which lanes of a plane a stamp read or wrote, by which unit. `plane` is a storage number: planes that swap change names.
 typedef enum access_unit { ACCESS_TEXTURE, ACCESS_DEPTH, ACCESS_COLOR, ACCESS_UNITS } access_unit;
+extern const char *const access_unit_names[ACCESS_UNITS];
 typedef struct plane_access {
     uint8_t plane;
     access_unit unit;             // of ROP accesses: by the plane's format, also in free kernels
@@ -222,10 +225,11 @@ void memory_occupancy(const memory *memory, access_unit cache, uint32_t *least, 
 
 // ---- Time (from sim/clock) -----------------------------------------------------------------------------
 
+typedef struct timeline timeline;
 typedef struct clock_state clock_state;
 typedef struct clock_config {
     const char *requests_path, *requests_format;  // NULL, or requests to memory as they are issued, see docs/dram.md
-    const char *timeline_path;                    // NULL, or a timeline that Perfetto opens
+    timeline *timeline;                           // NULL, or what units do goes there; the caller finishes it
 } clock_config;
 
 status clock_create(const machine *machine, const frame *frame, const uint32_t slots[ACCESS_UNITS], const clock_config *config,
@@ -240,14 +244,15 @@ status clock_flush(clock_state *clock, uint32_t partition, access_unit cache, co
 status clock_end_pass(clock_state *clock, statistics *statistics);
 uint64_t clock_now(const clock_state *clock);            // cycle at which the last pass was drained
 uint64_t clock_last_fragment(const clock_state *clock);  // cycle at which its last fragment was done
-status clock_finish(clock_state *clock);        // completes the files of clock_config
+status clock_finish(clock_state *clock);                 // completes the requests' file
 
-// What a pass cannot go below, whatever the rest of the machine does; its index in clock_resource_names.
+// What a pass cannot go below, whatever the rest of the machine does; its index in clock_resource_names, whose last is the
+// word for none of them, latency.
 typedef enum clock_resource {
     RESOURCE_GEOMETRY, RESOURCE_RASTER, RESOURCE_SHADER, RESOURCE_TEXTURE, RESOURCE_DEPTH, RESOURCE_COLOR, RESOURCE_KERNEL,
     RESOURCE_MEMORY, RESOURCE_CLEAR, RESOURCE_COUNT
 } clock_resource;
-extern const char *const clock_resource_names[RESOURCE_COUNT];
+extern const char *const clock_resource_names[RESOURCE_COUNT + 1];
 // Of the last pass: cycles that its busiest partition of each resource was taken; none is above the pass's cycles.
 const uint64_t *clock_pass_bounds(const clock_state *clock);
 
@@ -286,7 +291,32 @@ typedef struct detail_options {
 status detail_run(const program *program, const machine *machine, trace *trace, const run_result *function,
                   const detail_options *options, const report *report, detail_result **result);
 void detail_destroy(detail_result *result);  // NULL is fine
-// STATUS_REFUSED with the reason if keys of the machine contradict each other.
+// STATUS_REFUSED with every reason if keys of the machine contradict each other.
 status machine_check(const machine *machine, const report *report);
+
+// ---- Results of levels (sim/report) --------------------------------------------------------------------
+
+// All of result_write_json, then what `detail` adds: docs/results.md lists the keys. Statistics and times of a deeper level
+// than the result's are left out, in every form.
+status detail_write_json(const run_result *function, const detail_result *detail, const char *trace_path, const char *path,
+                         const report *report);
+// One header line, then a row for the total, each pass, each draw and each iteration. What a row does not have is empty.
+status detail_write_csv(const detail_result *detail, const char *path, const report *report);
+status detail_print(const detail_result *detail, FILE *out);
+// The glossary: every statistic and derived number with unit, level and meaning, as Markdown tables.
+status statistics_print(FILE *out);
+
+// A timeline as Chrome trace events, which Perfetto and chrome://tracing open. Times are cycles of the run. It is streamed to
+// a file that is renamed by timeline_finish; what cannot be written is noticed there.
+status timeline_open(const char *path, const machine *machine, const report *report, timeline **timeline);
+// A slice in the track of passes, within one of its iteration, and the cycles of its stalls. Passes come in order of time.
+void timeline_pass(timeline *timeline, const pass_record *pass);
+// A slice from `start` until `end` in a track of its own name, at most TIMELINE_TRACKS of them; and a value that holds from
+// `time` on. Slices of one track do not overlap, or lie within each other, the outer one handed in first.
+enum { TIMELINE_TRACKS = 1024 };
+void timeline_slice(timeline *timeline, const char *track, const char *name, uint64_t start, uint64_t end);
+void timeline_counter(timeline *timeline, const char *track, uint64_t time, double value);
+status timeline_finish(timeline *timeline);   // frees it, also on failure
+void timeline_discard(timeline *timeline);    // frees it and leaves no file; NULL is fine
 
 #endif

@@ -133,3 +133,22 @@ void machine_limits(const machine *machine, rop_limits *limits)
         .list_entries_max = (int)machine->list_entries_max,
     };
 }
+
+bool machine_get_value(const machine *machine, int index, machine_value *value)
+{
+    _Static_assert(sizeof value->text == PARAM_TEXT_SIZE, "a value is as long as param_write may make it");
+    if (index < 0 || index >= param_count)
+        return false;
+    const param_row *row = &param_rows[index];
+    const void *field = (const char *)machine + row->offset;
+    *value = (machine_value){.key = row->key, .kind = MACHINE_VALUE_TEXT};
+    param_write(row, machine, value->text);
+    if (row->kind == PARAM_KIND_INT) {
+        value->kind = MACHINE_VALUE_INTEGER;
+        value->number = *(const int64_t *)field;
+    } else if (row->kind == PARAM_KIND_BOOL) {
+        value->kind = MACHINE_VALUE_BOOL;
+        value->number = *(const bool *)field;
+    }
+    return true;
+}

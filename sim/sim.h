@@ -192,6 +192,17 @@ status machine_print_keys(FILE *out);                                           
 void machine_hash(const machine *machine, char hash[33]);                            // of all values, not of the name
 void machine_limits(const machine *machine, rop_limits *limits);
 
+// A key with its value as text, as machine files write it, and as a number where it is one.
+typedef enum machine_value_kind { MACHINE_VALUE_INTEGER, MACHINE_VALUE_BOOL, MACHINE_VALUE_TEXT } machine_value_kind;
+typedef struct machine_value {
+    const char *key;
+    machine_value_kind kind;
+    int64_t number;    // BOOL: 0 or 1; TEXT: 0
+    char text[1024];
+} machine_value;
+// The keys in their order from index 0; false past the last.
+bool machine_get_value(const machine *machine, int index, machine_value *value);
+
 // ---- Files and words -----------------------------------------------------------------------------------
 
 // The path of a shipped file: `folder` is programs or machines, `name` has its ending ("" : the folder).
@@ -435,7 +446,8 @@ status sweep_print_cheapest(sweep *sweep, sweep_cost cost, bool exact, FILE *out
 // ---- Results (sim/report) ------------------------------------------------------------------------------
 
 // The object of `ropsim run --json`; `trace_path` as the user gave it. Written aside and renamed.
-status result_write_json(const run_result *result, const char *trace_path, const char *path, const report *report);
+status result_write_json(const run_result *result, const machine *machine, const char *trace_path, const char *path,
+                         const report *report);
 status result_print(const run_result *result, FILE *out);
 
 // Passes against bits a sample: programs and traces, and what each program took of each trace.

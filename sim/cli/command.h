@@ -51,11 +51,14 @@ status command_usage(const char *command, const char *why);
 #define COMMAND_DEFAULT_MACHINE "programmable"
 enum { COMMAND_THREADS_MAX = 1024 };
 
-// The machine `name` (NULL: the default) with every --set of the words on top; `set_row` is --set's row.
+// The machine `name` (NULL: the default) with every --set of the words on top; `set_row` is --set's row. Keys that
+// contradict each other are refused.
 status command_find_machine(const char *name, int argc, char **argv, const command_option *options, int set_row,
                             machine *machine);
 
-// Assembles the program, verifies it against the machine and replays the trace. Free with result_destroy.
+// Assembles the program and verifies it against the machine. Free with program_destroy.
+status command_load_program(const char *name, const machine *machine, program **program);
+// The same, and replays the trace. Free with result_destroy.
 status command_replay(const char *name, const machine *machine, trace *trace, const run_options *options,
                       run_result **result);
 

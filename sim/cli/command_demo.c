@@ -106,7 +106,7 @@ static status run_program(const demo *demo, const char *name, const char *label,
     status = image_write_rgb(path, result->width, result->height, result->image, &command_report);
     snprintf(path, sizeof path, "%s/%s.%s.json", demo->out, label, name);
     if (status == STATUS_OK)
-        status = result_write_json(result, trace_path, path, &command_report);
+        status = result_write_json(result, &demo->machine, trace_path, path, &command_report);
     if (status == STATUS_OK)
         print_row(name, result);
     result_destroy(result);

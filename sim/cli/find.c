@@ -1,6 +1,8 @@
 // A machine as a user names it, with every --set on top.
 #include "command.h"
 
+#include "../levels.h"
+
 status command_find_machine(const char *name, int argc, char **argv, const command_option *options, int set_row,
                             machine *machine)
 {
@@ -10,5 +12,5 @@ status command_find_machine(const char *name, int argc, char **argv, const comma
         if (option == set_row)
             status = machine_set(machine, line.value, &command_report);
     }
-    return status;
+    return status == STATUS_OK ? machine_check(machine, &command_report) : status;
 }

@@ -123,7 +123,7 @@ static status replay_cell(paper_bench *bench, trace *trace, paper_program progra
         char path[2 * PAPER_PATH_SIZE], name[2 * PAPER_LABEL_SIZE];
         snprintf(name, sizeof name, "%s_%s", measured->subject, measured->order);
         snprintf(path, sizeof path, "%s/%s.%s.json", bench->out, name, paper_programs[program].name);
-        status = result_write_json(result, name, path, &command_report);
+        status = result_write_json(result, bench->machine, name, path, &command_report);
         write_csv_row(bench->csv_file, measured, paper_programs[program].name, cell);
     }
     result_destroy(result);

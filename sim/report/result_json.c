@@ -1,16 +1,17 @@
 // A run's result as one JSON object, for scripts: keys in a fixed order, doubles with the 17 digits that give
 // the same double back. What is infinite (PSNR of an exact image) or not known (no reference) is null.
-#include "../sim.h"
+//
+// What the machine says of time stands last, so that two runs of the same input differ in the last lines alone.
+#include "result_json.h"
 
-#include <jansson.h>
 #include <math.h>
 
-static json_t *number(double value)
+json_t *json_number(double value)
 {
     return isfinite(value) ? json_real(value) : json_null();
 }
 
-static json_t *count(uint64_t value)
+json_t *json_count(uint64_t value)
 {
     return json_integer((json_int_t)value);
 }
@@ -20,20 +21,21 @@ static json_t *planes_object(const run_result *result)
     json_t *planes = json_array();
     for (int i = 0; i < result->plane_count; i++) {
         const plane_result *plane = &result->planes[i];
-        json_array_append_new(planes, json_pack("{s:s, s:s, s:o, s:o, s:o, s:o}", "name", plane->name, "format",
-                                                format_table[plane->format].name, "bytes_read",
-                                                count(plane->bytes_read), "bytes_written", count(plane->bytes_written),
-                                                "bytes_cleared", count(plane->bytes_cleared), "texture_bytes_read",
-                                                count(plane->texture_bytes_read)));
+        json_array_append_new(planes,
+                              json_pack("{s:s, s:s, s:o, s:o, s:o, s:o}", "name", plane->name, "format",
+                                        format_table[plane->format].name, "bytes_read", json_count(plane->bytes_read),
+                                        "bytes_written", json_count(plane->bytes_written), "bytes_cleared",
+                                        json_count(plane->bytes_cleared), "texture_bytes_read",
+                                        json_count(plane->texture_bytes_read)));
     }
     return planes;
 }
 
 static json_t *list_object(const run_result *result)
 {
-    return json_pack("{s:o, s:o, s:o, s:o}", "kept", count(result->list_kept), "lost", count(result->list_lost),
-                     "entry_bytes", count(result->list_entry_bytes), "bytes",
-                     count(result->list_kept * result->list_entry_bytes));
+    return json_pack("{s:o, s:o, s:o, s:o}", "kept", json_count(result->list_kept), "lost",
+                     json_count(result->list_lost), "entry_bytes", json_count(result->list_entry_bytes), "bytes",
+                     json_count(result->list_kept * result->list_entry_bytes));
 }
 
 static json_t *error_object(const run_result *result)
@@ -41,45 +43,63 @@ static json_t *error_object(const run_result *result)
     const error_result *error = &result->error;
     if (!result->error_known)
         return json_null();
-    return json_pack("{s:b, s:o, s:o, s:o, s:o}", "exact", error->exact, "max_abs", number(error->max_abs), "rmse",
-                     number(error->rmse), "psnr_db", number(error->psnr_db), "samples_wrong",
-                     count(error->samples_wrong));
+    return json_pack("{s:b, s:o, s:o, s:o, s:o}", "exact", error->exact, "max_abs", json_number(error->max_abs), "rmse",
+                     json_number(error->rmse), "psnr_db", json_number(error->psnr_db), "samples_wrong",
+                     json_count(error->samples_wrong));
 }
 
-static json_t *result_object(const run_result *result, const char *trace_path)
+static json_t *machine_object(const machine *machine)
 {
-    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "version", ROPSIM_VERSION, "program",
-                               result->program, "trace", trace_path, "trace_hash", result->trace_hash, "machine",
-                               result->machine, "machine_hash", result->machine_hash, "detail", "function");
-    if (!object)  // a name that is not UTF-8, or no memory
-        return NULL;
-    json_object_set_new(object, "width", count(result->width));
-    json_object_set_new(object, "height", count(result->height));
-    json_object_set_new(object, "samples", count(result->samples));
-    json_object_set_new(object, "geometry_passes", count(result->geometry_passes));
-    json_object_set_new(object, "geometry_passes_by_class",
-                        json_pack("{s:o, s:o}", "transparent", count(result->passes_by_class[CLASS_TRANSPARENT]),
-                                  "sorted", count(result->passes_by_class[CLASS_SORTED])));
-    json_object_set_new(object, "fullscreen_passes", count(result->fullscreen_passes));
-    json_object_set_new(object, "iterations", count(result->iterations));
-    json_object_set_new(object, "iteration_limit_reached", json_boolean(result->iteration_limit_reached));
-    if (result->has_list)
-        json_object_set_new(object, "list", list_object(result));
-    json_object_set_new(object, "deepest_sample", count(result->deepest_sample));
-    json_object_set_new(object, "fragments",
-                        json_pack("{s:o, s:o, s:o}", "in_trace", count(result->fragments_in_trace), "replayed",
-                                  count(result->fragments_replayed), "composited",
-                                  count(result->fragments_composited)));
-    json_object_set_new(object, "planes", planes_object(result));
-    json_object_set_new(object, "error", error_object(result));
-    json_object_set_new(object, "wall_seconds", number(result->wall_seconds));
-    json_object_set_new(object, "fragments_per_second", number(result->fragments_per_second));
+    json_t *object = json_object();
+    machine_value value;
+    for (int i = 0; machine_get_value(machine, i, &value); i++) {
+        json_t *json = value.kind == MACHINE_VALUE_INTEGER ? json_integer(value.number)
+                       : value.kind == MACHINE_VALUE_BOOL  ? json_boolean(value.number)
+                                                           : json_string(value.text);
+        json_object_set_new(object, value.key, json);
+    }
     return object;
 }
 
-status result_write_json(const run_result *result, const char *trace_path, const char *path, const report *report)
+json_t *result_object(const run_result *result, const machine *machine, const char *trace_path, detail_level level)
 {
-    json_t *object = result_object(result, trace_path);
+    json_t *object =
+        json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "version", ROPSIM_VERSION, "program", result->program, "trace",
+                  trace_path, "trace_hash", result->trace_hash, "machine", result->machine, "machine_hash",
+                  result->machine_hash, "detail", detail_level_names[level]);
+    if (!object)  // a name that is not UTF-8, or no memory
+        return NULL;
+    json_object_set_new(object, "width", json_count(result->width));
+    json_object_set_new(object, "height", json_count(result->height));
+    json_object_set_new(object, "samples", json_count(result->samples));
+    json_object_set_new(object, "geometry_passes", json_count(result->geometry_passes));
+    json_object_set_new(object, "geometry_passes_by_class",
+                        json_pack("{s:o, s:o}", "transparent", json_count(result->passes_by_class[CLASS_TRANSPARENT]),
+                                  "sorted", json_count(result->passes_by_class[CLASS_SORTED])));
+    json_object_set_new(object, "fullscreen_passes", json_count(result->fullscreen_passes));
+    json_object_set_new(object, "iterations", json_count(result->iterations));
+    json_object_set_new(object, "iteration_limit_reached", json_boolean(result->iteration_limit_reached));
+    if (result->has_list)
+        json_object_set_new(object, "list", list_object(result));
+    json_object_set_new(object, "deepest_sample", json_count(result->deepest_sample));
+    json_object_set_new(object, "fragments",
+                        json_pack("{s:o, s:o, s:o}", "in_trace", json_count(result->fragments_in_trace), "replayed",
+                                  json_count(result->fragments_replayed), "composited",
+                                  json_count(result->fragments_composited)));
+    json_object_set_new(object, "planes", planes_object(result));
+    json_object_set_new(object, "error", error_object(result));
+    json_object_set_new(object, "machine_keys", machine_object(machine));
+    return object;
+}
+
+void result_add_times(json_t *object, const run_result *result)
+{
+    json_object_set_new(object, "wall_seconds", json_number(result->wall_seconds));
+    json_object_set_new(object, "fragments_per_second", json_number(result->fragments_per_second));
+}
+
+status result_save(json_t *object, const char *path, const report *report)
+{
     if (!object)
         return report_error(report, STATUS_REFUSED, "%s: the trace's name is not UTF-8, and JSON holds nothing else",
                             path);
@@ -93,4 +113,13 @@ status result_write_json(const run_result *result, const char *trace_path, const
     }
     json_decref(object);
     return status;
+}
+
+status result_write_json(const run_result *result, const machine *machine, const char *trace_path, const char *path,
+                         const report *report)
+{
+    json_t *object = result_object(result, machine, trace_path, DETAIL_FUNCTION);
+    if (object)
+        result_add_times(object, result);
+    return result_save(object, path, report);
 }

@@ -31,8 +31,6 @@ expect 0 "z16" run layer_peel "$work/two.rtxt" --machine g80 --set depth_format=
 
 expect 2 "a program and a trace are wanted" run layer_peel
 expect 2 "one program and one trace" run layer_peel "$work/two.rtxt" "$work/two.rtxt"
-expect 2 "this version has one level: function" run layer_peel "$work/two.rtxt" --detail cycle
-expect 2 "this version has one level: function" run layer_peel "$work/two.rtxt" --detail traffic
 expect 2 "--threads is \`two\`, but must be an integer from 0 to" run layer_peel "$work/two.rtxt" --threads two
 expect 2 "--occlusion-ratio is \`2\`, but must be a number from 0 to 1" run layer_peel "$work/two.rtxt" --occlusion-ratio 2
 expect 1 "did you mean \`layer_peel\`?" run layer_pel "$work/two.rtxt"

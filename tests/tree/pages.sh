@@ -8,6 +8,12 @@ if ! diff <(grep '^|' "$source_folder/docs/machines.md") "$2/machine_keys.md"; t
     exit 1
 fi
 
+"$ropsim" statistics | grep '^|' >"$2/statistics.md" || exit 1
+if ! diff <(grep '^|' "$source_folder/docs/statistics.md") "$2/statistics.md"; then
+    echo "docs/statistics.md is not what \`ropsim statistics\` prints (above: < page, > command)"
+    exit 1
+fi
+
 # Both tables of the instruction set stand in its page, row by row.
 "$ropsim" isa | grep '^| [0-9]' >"$2/isa_rows.md" || exit 1
 if ! diff <(grep -E '^\| [0-9]+ \| `' "$source_folder/docs/isa.md") "$2/isa_rows.md"; then
@@ -22,12 +28,17 @@ for file in "$source_folder"/programs/*.rop; do
     grep -q "^## $name\$" "$source_folder/docs/programs.md" || { echo "docs/programs.md has no section $name"; exit 1; }
 done
 
-# Every key that a result has is explained.
+# Every key that a result has is explained: in the page of results, or as a row of the tables of machine keys and statistics.
 "$ropsim" demo scene:knot,rings=8 --size 16 --out "$2/pages_demo" >/dev/null || exit 1
-keys=$(grep -ohE '"[a-z_]+":' "$2"/pages_demo/*.json | tr -d '":' | sort -u)
-[[ $keys == *geometry_passes* ]] || { echo "no keys found in the demo's JSON"; exit 1; }
+"$ropsim" run layer_peel "$2/pages_demo/knot_rings_8.ropt" --detail cycle --json "$2/pages_demo/cycle.json" >/dev/null || exit 1
+keys=$(grep -ohE '"[a-z_0-9]+":' "$2"/pages_demo/*.json | tr -d '":' | sort -u)
+for key in geometry_passes line_bytes bound_by unit_wait_data; do
+    [[ $keys == *$key* ]] || { echo "no key $key found in the JSON of results"; exit 1; }
+done
 for key in $keys; do
     grep -qE "[\`.]$key\`" "$source_folder/docs/results.md" ||
-        [[ $key == fragments || $key == planes || $key == transparent || $key == sorted ]] ||
+        grep -qE "^\| \`$key\` \|" "$2/machine_keys.md" "$2/statistics.md" ||
+        [[ $key == fragments || $key == planes || $key == transparent || $key == sorted ||
+            $key == passes || $key == draws || $key == by_iteration || $key == memory || $key == occupancy ]] ||
         { echo "docs/results.md does not explain the key $key"; exit 1; }
 done

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 static char path[] = "/tmp/ropsim_result_XXXXXX.json";
+static machine tiny;
 
 static void fill(run_result *result)
 {
@@ -50,7 +51,7 @@ static json_t *at(json_t *object, const char *key)
 
 static json_t *written(const run_result *result)
 {
-    assert_int_equal(result_write_json(result, "bunny.ropt", path, NULL), STATUS_OK);
+    assert_int_equal(result_write_json(result, &tiny, "bunny.ropt", path, NULL), STATUS_OK);
     json_t *object = json_load_file(path, JSON_REJECT_DUPLICATES, NULL);
     assert_non_null(object);
     return object;
@@ -104,6 +105,33 @@ static void json_has_every_key(void **state)
     json_decref(object);
 }
 
+// Each key as `ropsim machine` prints it: numbers as numbers, words as words.
+static void json_has_every_machine_key(void **state)
+{
+    (void)state;
+    run_result result;
+    fill(&result);
+    json_t *object = written(&result), *keys = at(object, "machine_keys");
+    EXPECT_INTEGER(keys, "line_bytes", tiny.line_bytes);
+    EXPECT_TEXT(keys, "depth_format", format_table[tiny.depth_format].name);
+    assert_true(json_boolean_value(at(keys, "fast_clear")) == tiny.fast_clear);
+    machine_value value;
+    int count = 0;
+    for (; machine_get_value(&tiny, count, &value); count++) {
+        char number[32] = "";
+        json_t *json = at(keys, value.key);
+        if (json_is_integer(json))
+            snprintf(number, sizeof number, "%lld", (long long)json_integer_value(json));
+        const char *text = json_is_boolean(json) ? json_is_true(json) ? "true" : "false"
+                           : number[0]           ? number
+                                                 : json_string_value(json);
+        assert_string_equal(text, value.text);
+    }
+    assert_int_equal(json_object_size(keys), count);
+    assert_false(machine_get_value(&tiny, -1, &value));
+    json_decref(object);
+}
+
 static void what_is_not_a_number_is_null(void **state)
 {
     (void)state;
@@ -123,7 +151,7 @@ static void json_repeats(void **state)
 {
     (void)state;
     run_result result;
-    char bytes[2][8192];
+    char bytes[2][16384];
     fill(&result);
     for (int i = 0; i < 2; i++) {
         memset(bytes[i], 0, sizeof bytes[i]);
@@ -144,9 +172,9 @@ static void refusals(void **state)
     messages messages;
     fill(&result);
     messages_start(&messages);
-    assert_int_equal(result_write_json(&result, "t", "/nowhere/at/all.json", &messages.report), STATUS_IO);
+    assert_int_equal(result_write_json(&result, &tiny, "t", "/nowhere/at/all.json", &messages.report), STATUS_IO);
     assert_non_null(strstr(messages.text, "/nowhere/at/all.json"));
-    assert_int_equal(result_write_json(&result, "\xFF", path, &messages.report), STATUS_REFUSED);
+    assert_int_equal(result_write_json(&result, &tiny, "\xFF", path, &messages.report), STATUS_REFUSED);
     assert_non_null(strstr(messages.text, "UTF-8"));
 }
 
@@ -182,10 +210,12 @@ int main(void)
     if (descriptor < 0)
         return 1;
     close(descriptor);
+    if (machine_load("tiny", NULL, &tiny) != STATUS_OK)
+        return 1;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(json_has_every_key),     cmocka_unit_test(what_is_not_a_number_is_null),
         cmocka_unit_test(json_repeats),           cmocka_unit_test(refusals),
-        cmocka_unit_test(table_shows_the_counts),
+        cmocka_unit_test(table_shows_the_counts), cmocka_unit_test(json_has_every_machine_key),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     unlink(path);

@@ -1,0 +1,246 @@
+// A run at a deeper level: passes in order of arrival through the memory model and, at the level cycle, the timing model.
+//
+// Data flow one way. What comes out is a record a pass, sums by draw and iteration, and the checks that every run must pass:
+// what went in came out, the image is the function level's, no pass beat its busiest resource.
+#include "../levels.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+typedef struct detail {
+    const machine *machine;
+    const report *report;
+    arrival *arrival;
+    memory *memory;
+    clock_state *clock;          // NULL at the level traffic
+    detail_result *result;
+    uint64_t pass_capacity, iteration_capacity;
+    pass_record record;          // of the pass at hand
+    statistics before_pass, before_draw;
+    uint32_t draw;               // whose stamps come now; UINT32_MAX: none's
+} detail;
+
+static status refuse_memory(const detail *d)
+{
+    return report_error(d->report, STATUS_IO, "out of memory: records of passes");
+}
+
+static double seconds_of_process(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+// ---- The sink ------------------------------------------------------------------------------------------
+
+static void end_draw(detail *d)
+{
+    if (d->draw != UINT32_MAX) {
+        const statistics since = statistics_since(&d->result->total, &d->before_draw);
+        statistics_add(&d->result->draws[d->draw], &since);
+    }
+    d->before_draw = d->result->total;
+}
+
+static status begin_pass(void *user, const pass_info *pass)
+{
+    detail *d = user;
+    d->record = (pass_record){.info = *pass};
+    d->before_pass = d->before_draw = d->result->total;
+    d->draw = UINT32_MAX;
+    memory_begin_pass(d->memory, &d->record.info, &d->result->total);
+    if (!d->clock)
+        return STATUS_OK;
+    d->record.start = clock_now(d->clock);
+    return clock_begin_pass(d->clock, &d->record.info, &d->result->total);
+}
+
+static status take_stamp(void *user, const stamp *stamp)
+{
+    detail *d = user;
+    if (stamp->draw != d->draw) {
+        end_draw(d);
+        d->draw = stamp->draw;
+    }
+    const stamp_lines *lines = memory_stamp(d->memory, stamp, &d->result->total);
+    return d->clock ? clock_stamp(d->clock, stamp, lines, &d->result->total) : STATUS_OK;
+}
+
+static status flush(detail *d, bool last)
+{
+    uint32_t partition;
+    access_unit cache;
+    transfer transfer;
+    status status = STATUS_OK;
+    while (status == STATUS_OK && memory_flush(d->memory, last, &partition, &cache, &transfer, &d->result->total))
+        if (d->clock)
+            status = clock_flush(d->clock, partition, cache, &transfer);
+    return status;
+}
+
+static int busiest(const uint64_t bounds[RESOURCE_COUNT], uint64_t cycles)
+{
+    int busiest = 0;
+    for (int i = 1; i < RESOURCE_COUNT; i++)
+        busiest = bounds[i] > bounds[busiest] ? i : busiest;
+    return 2 * bounds[busiest] < cycles ? RESOURCE_COUNT : busiest;
+}
+
+static status keep_record(detail *d)
+{
+    detail_result *r = d->result;
+    if (r->pass_count == d->pass_capacity) {
+        const uint64_t capacity = d->pass_capacity ? 2 * d->pass_capacity : 64;
+        pass_record *grown = realloc(r->passes, capacity * sizeof *grown);
+        if (!grown)
+            return refuse_memory(d);
+        r->passes = grown;
+        d->pass_capacity = capacity;
+    }
+    const uint64_t iteration = d->record.info.iteration;
+    if (iteration >= d->iteration_capacity) {
+        const uint64_t capacity = 2 * iteration + 16;
+        statistics *grown = realloc(r->iterations, capacity * sizeof *grown);
+        if (!grown)
+            return refuse_memory(d);
+        memset(grown + d->iteration_capacity, 0, (capacity - d->iteration_capacity) * sizeof *grown);
+        r->iterations = grown;
+        d->iteration_capacity = capacity;
+    }
+    statistics_add(&r->iterations[iteration], &d->record.statistics);
+    r->iteration_count = iteration >= r->iteration_count ? iteration + 1 : r->iteration_count;
+    r->passes[r->pass_count++] = d->record;
+    return STATUS_OK;
+}
+
+static status finish_pass(detail *d, bool last)
+{
+    status status = d->clock ? clock_end_stamps(d->clock, &d->result->total) : STATUS_OK;
+    end_draw(d);
+    if (status == STATUS_OK)
+        status = flush(d, last);
+    if (status == STATUS_OK && d->clock)
+        status = clock_end_pass(d->clock, &d->result->total);
+    if (status != STATUS_OK)
+        return status;
+    d->record.statistics = statistics_since(&d->result->total, &d->before_pass);
+    if (d->clock) {
+        uint64_t cycles = clock_now(d->clock) - d->record.start;
+        memcpy(d->record.bounds, clock_pass_bounds(d->clock), sizeof d->record.bounds);
+        d->record.drained = clock_now(d->clock);
+        d->record.last_fragment = clock_last_fragment(d->clock);
+        d->record.bound_by = busiest(d->record.bounds, cycles);
+        uint64_t most = 0;
+        for (int i = 0; i < RESOURCE_COUNT; i++)
+            most = d->record.bounds[i] > most ? d->record.bounds[i] : most;
+        d->result->bound_cycles += most;
+        d->result->cycles = last ? d->result->cycles : d->record.last_fragment;
+        d->result->drained_cycles = d->record.drained;
+    }
+    return keep_record(d);
+}
+
+static status end_pass(void *user)
+{
+    return finish_pass(user, false);
+}
+
+// What the second level still holds goes to memory in a pass of its own.
+static status drain(detail *d)
+{
+    pass_info pass = {.kind = PASS_DRAIN, .name = "second level"};
+    if (!d->machine->l2_bytes)
+        return STATUS_OK;
+    const status status = begin_pass(d, &pass);
+    return status == STATUS_OK ? finish_pass(d, true) : status;
+}
+
+// ---- The run -------------------------------------------------------------------------------------------
+
+static status make_models(detail *d, const program *program, trace *trace, const run_result *function, const detail_options *options)
+{
+    const machine *m = d->machine;
+    const arrival_options arrival_options = {.memory_bytes = options->memory_bytes,
+                                             .region_pixels = m->tile_based ? (uint32_t)m->region_pixels : 0,
+                                             .tiles = options->tiles,
+                                             .hierarchical = m->hierarchical_depth,
+                                             .early = m->early_depth};
+    uint32_t slots[ACCESS_UNITS];
+    status status = arrival_create(program, m, trace, function, &arrival_options, d->report, &d->arrival);
+    if (status == STATUS_OK)
+        status = memory_create(m, arrival_frame(d->arrival), d->report, &d->memory);
+    for (int u = 0; status == STATUS_OK && u < ACCESS_UNITS; u++)
+        slots[u] = memory_slots(d->memory, (access_unit)u);
+    if (status == STATUS_OK && options->level >= DETAIL_CYCLE)
+        status = clock_create(m, arrival_frame(d->arrival), slots, options->clock, d->report, &d->clock);
+    return status;
+}
+
+static status make_result(detail *d, const detail_options *options)
+{
+    const frame *frame = arrival_frame(d->arrival);
+    detail_result *r = d->result;
+    r->level = options->level;
+    r->machine = *d->machine;
+    r->draw_count = frame->draw_count;
+    r->draws = calloc((size_t)frame->draw_count + 1, sizeof *r->draws);
+    r->plane_count = frame->plane_count;
+    memcpy(r->plane_names, frame->plane_names, sizeof r->plane_names);
+    return r->draws ? STATUS_OK : refuse_memory(d);
+}
+
+static status check(detail *d, const detail_options *options)
+{
+    detail_result *r = d->result;
+    status status = memory_check(d->memory, &r->total, d->report);
+    if (status == STATUS_OK && !options->tiles)
+        status = arrival_check(d->arrival);
+    memcpy(r->planes, memory_planes(d->memory), sizeof r->planes);
+    for (int u = 0; u < ACCESS_UNITS; u++)
+        memory_occupancy(d->memory, (access_unit)u, &r->occupancy[u].least, &r->occupancy[u].most, &r->occupancy[u].sets);
+    return status;
+}
+
+status detail_run(const program *program, const machine *machine, trace *trace, const run_result *function,
+                  const detail_options *options, const report *report, detail_result **result)
+{
+    detail d = {.machine = machine, .report = report, .draw = UINT32_MAX};
+    const stamp_sink sink = {begin_pass, take_stamp, end_pass, &d};
+    const double start = seconds_of_process();
+    *result = NULL;
+    d.result = calloc(1, sizeof *d.result);
+    if (!d.result)
+        return report_error(report, STATUS_IO, "out of memory");
+    status status = make_models(&d, program, trace, function, options);
+    if (status == STATUS_OK)
+        status = make_result(&d, options);
+    if (status == STATUS_OK)
+        status = arrival_run(d.arrival, &sink);
+    if (status == STATUS_OK)
+        status = drain(&d);
+    if (status == STATUS_OK && d.clock)
+        status = clock_finish(d.clock);
+    if (status == STATUS_OK)
+        status = check(&d, options);
+    clock_destroy(d.clock);
+    memory_destroy(d.memory);
+    arrival_destroy(d.arrival);
+    d.result->wall_seconds = seconds_of_process() - start;
+    if (status == STATUS_OK)
+        *result = d.result;
+    else
+        detail_destroy(d.result);
+    return status;
+}
+
+void detail_destroy(detail_result *result)
+{
+    if (!result)
+        return;
+    free(result->passes);
+    free(result->draws);
+    free(result->iterations);
+    free(result);
+}

@@ -1,0 +1,107 @@
+// The levels traffic and cycle as a short table for people: bytes, time, what bounds it, what it waits for.
+#include "detail_table.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+enum { BOUNDS_SHOWN = 3 };
+
+static double derived(const detail_result *detail, int index)
+{
+    return derived_value(index, &detail->total, &detail->machine);
+}
+
+// "name 93.1 %", or a dash where nothing was asked.
+static void print_share(FILE *out, const char *before, const char *name, double share)
+{
+    if (isfinite(share))
+        fprintf(out, "%s%s %.1f %%", before, name, 100 * share);
+    else
+        fprintf(out, "%s%s -", before, name);
+}
+
+static void print_memory(const detail_result *detail, FILE *out)
+{
+    const statistics *total = &detail->total;
+    const double bytes_per_fragment = derived(detail, DERIVED_INDEX_bytes_per_fragment);
+    fprintf(out, "  memory              %.3f MB read, %.3f MB written", (double)total->memory_bytes_read / 1e6,
+            (double)total->memory_bytes_written / 1e6);
+    if (isfinite(bytes_per_fragment))
+        fprintf(out, ", %.2f bytes a fragment", bytes_per_fragment);
+    fputs("\n  hit rates           ", out);
+    print_share(out, "", "texture", derived(detail, DERIVED_INDEX_texture_hit_rate));
+    print_share(out, ", ", "depth", derived(detail, DERIVED_INDEX_depth_hit_rate));
+    print_share(out, ", ", "colour", derived(detail, DERIVED_INDEX_color_hit_rate));
+    print_share(out, ", ", "second level", derived(detail, DERIVED_INDEX_l2_hit_rate));
+    fputc('\n', out);
+}
+
+static void print_time(const detail_result *detail, FILE *out)
+{
+    const double samples = derived(detail, DERIVED_INDEX_samples_per_clock);
+    const double rate = derived(detail, DERIVED_INDEX_memory_gb_per_s);
+    fprintf(out, "  time                %" PRIu64 " cycles to the last fragment, %" PRIu64 " until all is drained\n",
+            detail->cycles, detail->drained_cycles);
+    fprintf(out,
+            "                      %.4g ms at %" PRId64 " MHz; no less than %" PRIu64
+            " cycles by what bounds each pass\n",
+            (double)detail->drained_cycles / (1e3 * (double)detail->machine.core_mhz), detail->machine.core_mhz,
+            detail->bound_cycles);
+    fputs("  rates               ", out);
+    if (isfinite(samples))
+        fprintf(out, "%.3f samples a clock, ", samples);
+    if (isfinite(rate))
+        fprintf(out, "%.2f GB/s, ", rate);
+    print_share(out, "", "memory busy", derived(detail, DERIVED_INDEX_memory_share));
+    print_share(out, ", ", "row hits", derived(detail, DERIVED_INDEX_row_hit_rate));
+    fputc('\n', out);
+}
+
+// The resources that bound most passes, with the passes' share of the time.
+static void print_bounds(const detail_result *detail, FILE *out)
+{
+    uint64_t passes[RESOURCE_COUNT + 1] = {0}, cycles[RESOURCE_COUNT + 1] = {0}, all = 0;
+    for (uint64_t i = 0; i < detail->pass_count; i++) {
+        const pass_record *pass = &detail->passes[i];
+        passes[pass->bound_by]++;
+        cycles[pass->bound_by] += pass->drained - pass->start;
+        all += pass->drained - pass->start;
+    }
+    fputs("  bound by            ", out);
+    for (int shown = 0; shown < BOUNDS_SHOWN; shown++) {
+        int most = 0;
+        for (int i = 1; i <= RESOURCE_COUNT; i++)
+            most = passes[i] > passes[most] ? i : most;
+        if (passes[most] == 0)
+            break;
+        fprintf(out, "%s%s in %" PRIu64 " %s (%.1f %% of the time)", shown > 0 ? ", " : "", clock_resource_names[most],
+                passes[most], passes[most] == 1 ? "pass" : "passes",
+                all > 0 ? 100 * (double)cycles[most] / (double)all : 0);
+        passes[most] = 0;
+    }
+    fputc('\n', out);
+}
+
+static void print_stalls(const detail_result *detail, FILE *out)
+{
+    fputs("\n  waited for                 cycles\n", out);
+    for (int i = 0; i < STATISTIC_COUNT; i++) {
+        if (statistic_is_stall(i))
+            fprintf(out, "  %-22s %10" PRIu64 "\n", statistic_rows[i].name, statistic_value(&detail->total, i));
+    }
+}
+
+status detail_print(const detail_result *detail, FILE *out)
+{
+    fprintf(out, "\n%s on %s, %" PRIu64 " passes\n", detail_level_names[detail->level], detail->machine.name,
+            detail->pass_count);
+    print_memory(detail, out);
+    if (detail->level == DETAIL_CYCLE) {
+        print_time(detail, out);
+        print_bounds(detail, out);
+        print_stalls(detail, out);
+    }
+    detail_print_passes(detail, out);
+    return ferror(out) ? STATUS_IO : STATUS_OK;
+}
