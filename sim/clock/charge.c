@@ -28,7 +28,7 @@ static uint64_t cost(const clock_state *c, uint64_t work, int rate)
 
 static uint64_t quad_count(const clock_state *c, uint64_t lanes)
 {
-    return (uint64_t)__builtin_popcountll(frame_quads(c->frame, lanes));
+    return count_lanes(frame_quads(c->frame, lanes));
 }
 
 static uint64_t color_cost(const clock_state *c, const plane_access *access)

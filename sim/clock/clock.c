@@ -128,21 +128,25 @@ status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *stati
     return STATUS_OK;
 }
 
-// The unit whose step is next, downstream first among equals; false: none has one before the front.
-static bool earliest(const clock_state *c, int *partition, int *stage, uint64_t *when)
+// The partition whose step is next; NULL: none has one.
+static partition *earliest(const clock_state *c)
 {
-    *when = NEVER;
+    partition *found = NULL;
+    uint64_t when = NEVER;
     for (int i = 0; i < c->partition_count; i++) {
-        const unit *units = c->partitions[i].units;
-        for (int s = c->stage_count - 1; s >= 0; s--) {
-            if (units[s].when < *when) {
-                *when = units[s].when;
-                *partition = i;
-                *stage = s;
-            }
+        if (c->partitions[i].when < when) {
+            found = &c->partitions[i];
+            when = found->when;
         }
     }
-    return *when != NEVER;
+    return found;
+}
+
+static void step_partition(clock_state *c, partition *p)
+{
+    c->now = p->when;
+    unit_step(c, p, p->next_stage);
+    partition_next(c, p);
 }
 
 static const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
@@ -186,6 +190,7 @@ static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
     job->ready = cycles_up(c->front.raster_free);
     p->pushed++;
     unit_next(c, p, 0);
+    partition_next(c, p);
     return STATUS_OK;
 }
 
@@ -194,14 +199,11 @@ status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines,
     c->statistics = statistics;
     front_next(c, stamp, lines->partition);
     for (;;) {
-        int partition = 0, stage = 0;
-        uint64_t when;
-        earliest(c, &partition, &stage, &when);
-        if (when == NEVER && c->front.when == NEVER)
+        partition *next = earliest(c);
+        if (!next && c->front.when == NEVER)
             return blocked(c);
-        if (when <= c->front.when) {
-            c->now = when;
-            unit_step(c, &c->partitions[partition], stage);
+        if (next && next->when <= c->front.when) {
+            step_partition(c, next);
             continue;
         }
         c->now = c->front.when;
@@ -212,14 +214,10 @@ status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines,
 
 status clock_end_stamps(clock_state *c, statistics *statistics)
 {
-    int partition = 0, stage = 0;
-    uint64_t when;
     c->statistics = statistics;
     c->front.when = NEVER;
-    while (earliest(c, &partition, &stage, &when)) {
-        c->now = when;
-        unit_step(c, &c->partitions[partition], stage);
-    }
+    for (partition *next; (next = earliest(c));)
+        step_partition(c, next);
     for (int i = 0; i < c->partition_count; i++)
         for (int s = 0; s < c->stage_count; s++)
             if (c->partitions[i].units[s].started != c->partitions[i].pushed)

@@ -55,6 +55,7 @@ typedef struct unit {
     uint64_t port_free;       // cycle
     uint64_t operation_free, second_free;  // parts
     uint64_t *operations;     // of the last stage: when each of the last `window` began
+    uint64_t operation;       // where the next one is noted
     uint32_t touch;           // next touch of the stamp at hand, and
     uint32_t step;            // how far it got in that touch
     bool open;                // a stamp is at hand
@@ -70,11 +71,13 @@ typedef struct unit {
 typedef struct line_cache {
     uint64_t *ready, *last_use;  // of each slot
     uint64_t *misses;            // when each of the last pending ones is back
-    uint64_t miss_count;
+    uint64_t oldest_miss;        // where in it
 } line_cache;
 
 typedef struct partition {
     channel *channel;
+    uint64_t when;            // the earliest step of its units, and
+    int next_stage;           // whose it is: the one nearest to the end of the pipeline
     line_cache caches[ACCESS_UNITS];
     unit units[STAGES_MAX];
     job *jobs;                // a ring
@@ -131,6 +134,7 @@ bool units_make(clock_state *clock, partition *partition, const uint32_t slots[A
 void units_free(partition *partition);
 void units_begin(clock_state *clock, partition *partition);
 void unit_next(clock_state *clock, partition *partition, int stage);   // sets unit.when
+void partition_next(const clock_state *clock, partition *partition);   // sets partition.when, after its units
 void unit_step(clock_state *clock, partition *partition, int stage);
 
 // Requests (unit.c): true: taken; else *when is when to ask again.

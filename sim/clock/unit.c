@@ -79,6 +79,7 @@ void units_free(partition *p)
 void units_begin(clock_state *c, partition *p)
 {
     p->pushed = 0;
+    p->when = NEVER;
     for (int s = 0; s < c->stage_count; s++) {
         unit *u = &p->units[s];
         const unit old = *u;
@@ -117,7 +118,7 @@ void unit_next(clock_state *c, partition *p, int stage)
             return;
         }
     } else if (u->started >= u->window) {
-        const uint64_t room = u->operations[u->started % u->window];
+        const uint64_t room = u->operations[u->operation];
         if (room > when) {
             c->statistics->unit_wait_queue += room - when;
             when = room;
@@ -175,9 +176,13 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     line_cache *cache = &p->caches[touch->cache];
     const uint64_t pending = (uint64_t)c->machine->cache_misses_max;
     uint64_t when;
+    if (!line->miss && !line->spill.bytes) {
+        u->data_ready = later(u->data_ready, cache->ready[line->slot]);
+        return true;
+    }
     if (u->step <= STEP_PENDING) {
-        if (line->fill.bytes && cache->misses[cache->miss_count % pending] > c->now)
-            return wait_until(c, u, cache->misses[cache->miss_count % pending], &s->unit_wait_misses);
+        if (line->fill.bytes && cache->misses[cache->oldest_miss] > c->now)
+            return wait_until(c, u, cache->misses[cache->oldest_miss], &s->unit_wait_misses);
         if (line->replaces && cache->last_use[line->slot] > c->now)
             return wait_until(c, u, cache->last_use[line->slot], &s->unit_wait_victim);
         u->step = STEP_SPILL;
@@ -201,8 +206,10 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     }
     if (line->miss) {
         cache->ready[line->slot] = fill_ready(c, p, &line->fill);
-        if (line->fill.bytes)
-            cache->misses[cache->miss_count++ % pending] = cache->ready[line->slot];
+        if (line->fill.bytes) {
+            cache->misses[cache->oldest_miss] = cache->ready[line->slot];
+            cache->oldest_miss = cache->oldest_miss + 1 == pending ? 0 : cache->oldest_miss + 1;
+        }
     }
     u->data_ready = later(u->data_ready, cache->ready[line->slot]);
     return true;
@@ -286,7 +293,8 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     u->second_busy += work->second_cost;
     const bool works = work->cost || work->second_cost || work->touch_count;
     const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
-    u->operations[u->started % u->window] = begin / CYCLE_PARTS;
+    u->operations[u->operation] = begin / CYCLE_PARTS;
+    u->operation = u->operation + 1 == u->window ? 0 : u->operation + 1;
     u->done = later(u->done, cycles_up(end) + latency);
     job->ready = cycles_up(end) + latency;
     if (quads)
@@ -332,12 +340,21 @@ void unit_step(clock_state *c, partition *p, int stage)
             return;
         }
     }
-    u->started--;  // its own number, for the ring of operations
     operate(c, p, u, stage, job);
-    u->started++;
     u->open = false;
     u->port_free = c->now + 1;
     unit_next(c, p, stage);
     if (stage + 1 < c->stage_count)
         unit_next(c, p, stage + 1);
+}
+
+void partition_next(const clock_state *c, partition *p)
+{
+    p->when = NEVER;
+    for (int s = c->stage_count - 1; s >= 0; s--) {
+        if (p->units[s].when < p->when) {
+            p->when = p->units[s].when;
+            p->next_stage = s;
+        }
+    }
 }
