@@ -93,6 +93,7 @@ typedef struct front {
     uint64_t start;           // of the pass
     uint64_t geometry;        // parts that vertices and set-up take
     uint64_t primitive;       // of those that come: how many began
+    uint64_t asked;           // and for how many the lines were asked for
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
     uint64_t address;
     uint64_t blocked_at;
@@ -116,8 +117,6 @@ struct clock_state {
     statistics *statistics;
     bool stuck;
 };
-
-enum { GEOMETRY_AHEAD = 32 };  // primitives for which vertices are fetched ahead
 
 // What a stamp costs in each stage (charge.c).
 void charge_init(clock_state *clock);

@@ -1,7 +1,7 @@
 // The front end: vertices and triangles at their rates, their lines from memory, and the rasterizer that hands stamps out.
 //
 // Triangle j of those with fragments is set up at its share of the pass's geometry time and when its lines have come, which
-// are asked for GEOMETRY_AHEAD triangles earlier. A stamp leaves the rasterizer when that is free and its partition's queue
+// are asked for triangles_ahead triangles earlier. A stamp leaves the rasterizer when that is free and its partition's queue
 // has room. On a tile-based machine all triangles are set up, written to bins and drained before the first stamp.
 #include "clock.h"
 
@@ -75,16 +75,16 @@ void front_begin(clock_state *c)
     }
 }
 
-// Asks for the lines of all primitives up to this one.
+// Asks for the lines of all primitives up to this one and those ahead of it.
 static void ask_ahead(clock_state *c, uint64_t primitive)
 {
     front *f = &c->front;
-    const uint64_t count = c->pass.primitives;
-    const uint64_t last = primitive + GEOMETRY_AHEAD < count ? primitive + GEOMETRY_AHEAD : count - 1;
-    for (uint64_t p = primitive ? primitive + GEOMETRY_AHEAD : 0; p <= last; p++) {
-        for (const uint64_t wanted = share_up(f->reads, p + 1, count); f->reads_issued < wanted;)
+    const uint64_t count = c->pass.primitives, ahead = (uint64_t)c->machine->triangles_ahead;
+    const uint64_t last = primitive + ahead < count ? primitive + ahead : count - 1;
+    for (; f->asked <= last; f->asked++) {
+        for (const uint64_t wanted = share_up(f->reads, f->asked + 1, count); f->reads_issued < wanted;)
             f->read_done = later(f->read_done, read_line(c, f->reads_issued++));
-        f->read_ready[p % (GEOMETRY_AHEAD + 1)] = f->read_done;
+        f->read_ready[f->asked % (ahead + 1)] = f->read_done;
     }
 }
 
@@ -101,7 +101,7 @@ void front_next(clock_state *c, const stamp *stamp, uint32_t partition)
     if (stamp->begins_primitive && c->pass.primitives && f->primitive < c->pass.primitives) {
         ask_ahead(c, f->primitive);
         const uint64_t set_up = f->start + cycles_up(share_up(f->geometry, f->primitive + 1, c->pass.primitives));
-        const uint64_t there = later(set_up, f->read_ready[f->primitive % (GEOMETRY_AHEAD + 1)]);
+        const uint64_t there = later(set_up, f->read_ready[f->primitive % ((uint64_t)c->machine->triangles_ahead + 1)]);
         if (there > when) {
             c->statistics->raster_wait_geometry += there - when;
             when = there;

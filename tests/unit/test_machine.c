@@ -110,6 +110,7 @@ static const char *const other_values[] = {
     "vertices_per_kiloclock=1001",
     "triangle_bytes=13",
     "vertex_bytes=25",
+    "triangles_ahead=33",
     "raster_blocks_per_clock=2",
     "hierarchical_depth=true",
     "early_depth=true",
