@@ -45,7 +45,7 @@ typedef struct job {
 } job;
 
 // An operation that another one on the same sample must wait for.
-typedef struct flight { uint32_t tile; uint64_t quads; uint64_t done; } flight;
+typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
 
 typedef struct unit {
     unit_kind kind;

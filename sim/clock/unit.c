@@ -4,7 +4,7 @@
 // have begun here and not there (in the last stage: not begun their operation). Each lookup takes a cycle of the port; a miss
 // waits until fewer than cache_misses_max are pending and until whoever used the replaced line is done, writes the replaced
 // line back, asks for its own, and goes on: data are waited for by the operation alone. Operations are in order, each when its
-// lines are there, the unit is free and, by the interlock, no earlier one on the same quad is under way.
+// lines are there, the unit is free and, by the interlock, no earlier one on the same sample is under way.
 #include "clock.h"
 
 #include <stdlib.h>
@@ -235,12 +235,12 @@ static uint32_t bucket_of(const clock_state *c, uint32_t tile, int lane)
     return (uint32_t)((hash >> 32) % (uint64_t)c->machine->interlock_buckets);
 }
 
-// When earlier operations on the same quads are done.
-static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, uint64_t quads, uint64_t from)
+// When earlier operations on the same samples are done; by buckets, on quads of the same hash.
+static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, uint64_t lanes, uint64_t from)
 {
     uint64_t done = from;
     if (c->machine->interlock == INTERLOCK_BUCKETS) {
-        for (uint64_t left = quads; left; left &= left - 1)
+        for (uint64_t left = frame_quads(c->frame, lanes); left; left &= left - 1)
             done = later(done, u->buckets[bucket_of(c, tile, __builtin_ctzll(left))]);
     } else if (c->machine->interlock == INTERLOCK_EXACT) {
         // Done in order: the first one met that is done by then ends the search.
@@ -248,7 +248,7 @@ static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, 
             const flight *flight = &u->flights[(i - 1) & u->flight_mask];
             if (flight->done <= from)
                 break;
-            if (flight->tile == tile && (flight->quads & quads)) {
+            if (flight->tile == tile && (flight->lanes & lanes)) {
                 done = flight->done;
                 break;
             }
@@ -257,11 +257,11 @@ static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, 
     return done;
 }
 
-static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t quads, uint64_t done)
+static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t lanes, uint64_t done)
 {
-    u->flights[u->flight_count++ & u->flight_mask] = (flight){tile, quads, done};
+    u->flights[u->flight_count++ & u->flight_mask] = (flight){tile, lanes, done};
     if (c->machine->interlock == INTERLOCK_BUCKETS)
-        for (uint64_t left = quads; left; left &= left - 1)
+        for (uint64_t left = frame_quads(c->frame, lanes); left; left &= left - 1)
             u->buckets[bucket_of(c, tile, __builtin_ctzll(left))] = done;
 }
 
@@ -278,9 +278,9 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
         s->unit_wait_data += u->data_ready - begin / CYCLE_PARTS;
         begin = u->data_ready * CYCLE_PARTS;
     }
-    const uint64_t quads = rop && work->lanes ? frame_quads(c->frame, work->lanes) : 0;
-    if (quads) {
-        const uint64_t free = interlocked(c, u, job->tile, quads, cycles_up(begin));
+    const uint64_t lanes = rop ? work->lanes : 0;
+    if (lanes) {
+        const uint64_t free = interlocked(c, u, job->tile, lanes, cycles_up(begin));
         if (free * CYCLE_PARTS > begin && free > cycles_up(begin)) {
             s->unit_wait_interlock += free - begin / CYCLE_PARTS;
             begin = free * CYCLE_PARTS;
@@ -297,8 +297,8 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     u->operation = u->operation + 1 == u->window ? 0 : u->operation + 1;
     u->done = later(u->done, cycles_up(end) + latency);
     job->ready = cycles_up(end) + latency;
-    if (quads)
-        note_flight(c, u, job->tile, quads, job->ready);
+    if (lanes)
+        note_flight(c, u, job->tile, lanes, job->ready);
     for (uint32_t i = 0; i < work->touch_count; i++) {
         const queued_touch *touch = &job->touches[work->first_touch + i];
         p->caches[touch->cache].last_use[touch->line.slot] = cycles_up(end);
