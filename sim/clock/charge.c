@@ -68,6 +68,7 @@ static void charge_rop(const clock_state *c, const stamp *stamp, access_unit uni
 void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job)
 {
     job->tile = stamp->tile;
+    job->quads = stamp->quads;
     job->touch_count = 0;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;

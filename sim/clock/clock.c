@@ -180,9 +180,29 @@ static bool reserve_touches(job *job, const stamp_lines *lines)
     return grown;
 }
 
+// Doubles the ring where the stamps on their way fill it.
+static bool reserve_job(const clock_state *c, partition *p)
+{
+    const uint64_t last = p->units[c->stage_count - 1].started, oldest = last ? last - 1 : 0;
+    if (p->pushed - oldest <= p->job_mask)
+        return true;
+    const uint64_t mask = 2 * p->job_mask + 1;
+    job *grown = calloc(mask + 1, sizeof *grown);
+    if (!grown)
+        return false;
+    for (uint64_t i = oldest; i <= oldest + p->job_mask; i++)  // those not on their way, too: their touches are kept
+        grown[i & mask] = p->jobs[i & p->job_mask];
+    free(p->jobs);
+    p->jobs = grown;
+    p->job_mask = mask;
+    return true;
+}
+
 static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
 {
     partition *p = &c->partitions[lines->partition];
+    if (!reserve_job(c, p))
+        return refuse_memory(c);
     job *job = &p->jobs[p->pushed & p->job_mask];
     if (!reserve_touches(job, lines))
         return refuse_memory(c);

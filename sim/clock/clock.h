@@ -35,7 +35,7 @@ typedef struct stage_work {
 } stage_work;
 
 typedef struct job {
-    uint32_t tile;
+    uint32_t tile, quads;
     uint64_t ready;           // arrives at its next stage
     stage_work work[STAGES_MAX];
     uint64_t stream_address;
@@ -51,7 +51,8 @@ typedef struct unit {
     unit_kind kind;
     uint64_t when;            // of its next step; NEVER: waits for another unit
     uint64_t started;         // stamps begun in this pass
-    uint64_t window;          // stamps begun here and not begun in the next stage, at most
+    uint64_t quads_started;   // quads of those
+    uint64_t window;          // stamps, of the shader quads, begun here and not begun in the next stage, at most
     uint64_t port_free;       // cycle
     uint64_t operation_free, second_free;  // parts
     uint64_t *operations;     // of the last stage: when each of the last `window` began

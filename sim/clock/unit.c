@@ -36,8 +36,9 @@ static uint64_t power_above(uint64_t value)
 bool units_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS])
 {
     const machine *m = c->machine;
-    const uint64_t most = later(later((uint64_t)m->shader_queue, (uint64_t)m->depth_queue), (uint64_t)m->color_queue);
-    p->job_mask = power_above((uint64_t)(m->raster_queue + m->shader_queue + m->depth_queue + m->color_queue) + STAGES_MAX + 1) - 1;
+    const uint64_t most = later((uint64_t)m->depth_queue, (uint64_t)m->color_queue);
+    enum { JOBS_AT_FIRST = 16 };  // few are on their way as a rule: a small ring stays in the nearest cache
+    p->job_mask = JOBS_AT_FIRST - 1;
     p->jobs = calloc(p->job_mask + 1, sizeof *p->jobs);
     bool good = p->jobs;
     for (int s = 0; good && s < STAGES_MAX; s++) {
@@ -103,6 +104,17 @@ static uint64_t arrived(const clock_state *c, const partition *p, int stage)
     return stage ? p->units[stage - 1].started - p->units[stage - 1].open : p->pushed;
 }
 
+// Whether the stamp finds room behind those that are here and not yet in the next stage. The shader counts quads; a stamp
+// of more than it holds has it alone.
+static bool has_room(const partition *p, int stage)
+{
+    const unit *u = &p->units[stage], *next = &p->units[stage + 1];
+    if (u->kind != UNIT_SHADER_STAGE)
+        return u->started - next->started < u->window;
+    const uint64_t quads = u->quads_started - next->quads_started;
+    return !quads || quads + job_at(p, u->started)->quads <= u->window;
+}
+
 void unit_next(clock_state *c, partition *p, int stage)
 {
     unit *u = &p->units[stage];
@@ -113,7 +125,7 @@ void unit_next(clock_state *c, partition *p, int stage)
         return;
     uint64_t when = later(job_at(p, u->started)->ready, u->port_free);
     if (stage + 1 < c->stage_count) {
-        if (u->started - p->units[stage + 1].started >= u->window) {
+        if (!has_room(p, stage)) {
             u->blocked_at = u->blocked_at == NEVER ? later(when, c->now) : u->blocked_at;
             return;
         }
@@ -293,8 +305,10 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     u->second_busy += work->second_cost;
     const bool works = work->cost || work->second_cost || work->touch_count;
     const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
-    u->operations[u->operation] = begin / CYCLE_PARTS;
-    u->operation = u->operation + 1 == u->window ? 0 : u->operation + 1;
+    if (stage == c->stage_count - 1) {
+        u->operations[u->operation] = begin / CYCLE_PARTS;
+        u->operation = u->operation + 1 == u->window ? 0 : u->operation + 1;
+    }
     u->done = later(u->done, cycles_up(end) + latency);
     job->ready = cycles_up(end) + latency;
     if (lanes)
@@ -312,6 +326,7 @@ static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
     u->open = true;
     u->touch = 0;
     u->data_ready = 0;
+    u->quads_started += job_at(p, u->started)->quads;
     u->started++;
     const bool lists = u->kind == UNIT_KERNEL_STAGE || (stage == c->stage_count - 1 && u->kind == UNIT_COLOR_STAGE);
     u->step = lists ? STEP_STREAM : STEP_PENDING;
