@@ -1,36 +1,45 @@
 // `ropsim sweep`: runs what a sweep file's product lacks in its database, then prints tables, CSV, or the cheapest
-// runs.
+// runs. Started by mpirun or srun, rank 0 does so, and the other ranks run for it.
 #include "command.h"
 
 #include <inttypes.h>
 #include <string.h>
 
-enum { ROW_JOBS, ROW_NO_RUN, ROW_TABLE, ROW_CSV, ROW_CHEAPEST, ROW_EXACT };
+enum { COMMAND_SILENCE_MAX = 86400 };
+enum { ROW_JOBS, ROW_NO_RUN, ROW_TABLE, ROW_CSV, ROW_CHEAPEST, ROW_EXACT, ROW_SILENCE };
 static const command_option option_rows[] = {
-    [ROW_JOBS] = {"jobs", 0, "N", "runs at the same time, each a process; default 1, at most 256"},
+    [ROW_JOBS] = {"jobs", 0, "N",
+                  "runs at the same time (under mpirun: on each rank), each a process; default 1, at most 256"},
     [ROW_NO_RUN] = {"no-run", 0, NULL, "run nothing; print what is there"},
     [ROW_TABLE] = {"table", 0, NULL, "print the results as a Markdown table"},
     [ROW_CSV] = {"csv", 0, "FILE", "write the results as CSV, all statistics"},
     [ROW_CHEAPEST] = {"cheapest", 0, "bytes|passes",
                       "print the run of each trace with the fewest plane bytes or geometry passes"},
     [ROW_EXACT] = {"exact", 0, NULL, "with --cheapest: among exact images only"},
+    [ROW_SILENCE] = {"silence", 0, "SECONDS",
+                     "under mpirun: after so long a rank that says nothing is given up; default 60"},
     {0},
 };
 
 typedef struct sweep_words {
     const char *file, *csv, *cheapest;
     bool table, exact, no_run;
-    int jobs;
+    int jobs, silence;
 } sweep_words;
 
 static bool take_word(int option, const char *value, sweep_words *words)
 {
-    uint64_t jobs = 0;
+    uint64_t number = 0;
     switch (option) {
     case ROW_JOBS:
-        if (!command_uint("jobs", value, 1, SWEEP_JOBS_MAX, &jobs))
+        if (!command_uint("jobs", value, 1, SWEEP_JOBS_MAX, &number))
             return false;
-        words->jobs = (int)jobs;
+        words->jobs = (int)number;
+        return true;
+    case ROW_SILENCE:
+        if (!command_uint("silence", value, SWEEP_SILENCE_MIN, COMMAND_SILENCE_MAX, &number))
+            return false;
+        words->silence = (int)number;
         return true;
     case ROW_NO_RUN: words->no_run = true; return true;
     case ROW_TABLE: words->table = true; return true;
@@ -52,12 +61,13 @@ static bool take_word(int option, const char *value, sweep_words *words)
     }
 }
 
-static status run_sweep(sweep *sweep, const sweep_words *words)
+static status run_sweep(sweep *sweep, sweep_ranks *ranks, const sweep_words *words)
 {
     sweep_totals totals;
     status status = STATUS_OK;
     if (!words->no_run) {
-        status = sweep_run(sweep, words->jobs, &totals);
+        status =
+            ranks ? sweep_run_on_ranks(sweep, ranks, words->jobs, &totals) : sweep_run(sweep, words->jobs, &totals);
         if (status == STATUS_OK)
             printf("%" PRIu64 " runs: %" PRIu64 " were there, %" PRIu64 " done, %" PRIu64
                    " refused by the machine, %" PRIu64 " failed\n",
@@ -77,10 +87,36 @@ static status run_sweep(sweep *sweep, const sweep_words *words)
     return status == STATUS_OK && !words->no_run && totals.failed > 0 ? STATUS_REFUSED : status;
 }
 
+static status open_and_run(sweep_ranks *ranks, const sweep_words *words)
+{
+    sweep *sweep = NULL;
+    status status = sweep_open(words->file, &command_report, &sweep);
+    if (status == STATUS_OK)
+        status = run_sweep(sweep, ranks, words);
+    sweep_close(sweep);
+    return status;
+}
+
+// One of several ranks.
+static status share_sweep(const sweep_launch *launch, const sweep_words *words)
+{
+    sweep_ranks *ranks = NULL;
+    status status = sweep_ranks_open(&command_report, words->silence, &ranks);
+    if (status != STATUS_OK)
+        return status;
+    status = launch->rank == 0 ? open_and_run(ranks, words) : sweep_serve(words->file, ranks, words->jobs);
+    fflush(stdout);  // what was found is out before ranks wait for each other
+    sweep_ranks_close(ranks);
+    return status;
+}
+
 int command_sweep(int argc, char **argv)
 {
-    sweep_words words = {.jobs = 1};
+    const sweep_launch launch = sweep_get_launch();
+    sweep_words words = {.jobs = 1, .silence = SWEEP_SILENCE_DEFAULT};
     command_line line = {.argc = argc, .argv = argv, .options = option_rows};
+    if (launch.rank > 0 && !command_silence())  // all ranks have the same words; rank 0 alone speaks
+        return STATUS_IO;
     for (int option; (option = command_next(&line)) != COMMAND_END;) {
         if (option == COMMAND_HELP)
             return STATUS_OK;
@@ -91,10 +127,5 @@ int command_sweep(int argc, char **argv)
         return (int)command_usage("sweep", "a sweep file is wanted");
     if (words.exact && !words.cheapest)
         return (int)command_usage("sweep", "--exact goes with --cheapest");
-    sweep *sweep = NULL;
-    status status = sweep_open(words.file, &command_report, &sweep);
-    if (status == STATUS_OK)
-        status = run_sweep(sweep, &words);
-    sweep_close(sweep);
-    return (int)status;
+    return (int)(launch.count > 1 ? share_sweep(&launch, &words) : open_and_run(NULL, &words));
 }
