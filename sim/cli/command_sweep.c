@@ -4,6 +4,7 @@
 
 #include <inttypes.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { COMMAND_SILENCE_MAX = 86400 };
 enum { ROW_JOBS, ROW_NO_RUN, ROW_TABLE, ROW_CSV, ROW_CHEAPEST, ROW_EXACT, ROW_SILENCE };
@@ -102,30 +103,40 @@ static status share_sweep(const sweep_launch *launch, const sweep_words *words)
 {
     sweep_ranks *ranks = NULL;
     status status = sweep_ranks_open(&command_report, words->silence, &ranks);
-    if (status != STATUS_OK)
+    if (status != STATUS_OK) {
+        // mpirun ends all with the first that fails: rank 0, which is refused as well, is to speak before that.
+        sleep(launch->rank > 0);
         return status;
+    }
     status = launch->rank == 0 ? open_and_run(ranks, words) : sweep_serve(words->file, ranks, words->jobs);
     fflush(stdout);  // what was found is out before ranks wait for each other
-    sweep_ranks_close(ranks);
+    sweep_ranks_close(ranks, status);
     return status;
+}
+
+static bool take_words(int argc, char **argv, sweep_words *words, status *ended)
+{
+    command_line line = {.argc = argc, .argv = argv, .options = option_rows};
+    for (int option; (option = command_next(&line)) != COMMAND_END;) {
+        *ended = option == COMMAND_HELP ? STATUS_OK : STATUS_USAGE;
+        if (option == COMMAND_HELP || option == COMMAND_ERROR || !take_word(option, line.value, words))
+            return false;
+    }
+    *ended = !words->file                       ? command_usage("sweep", "a sweep file is wanted")
+             : words->exact && !words->cheapest ? command_usage("sweep", "--exact goes with --cheapest")
+                                                : STATUS_OK;
+    return *ended == STATUS_OK;
 }
 
 int command_sweep(int argc, char **argv)
 {
     const sweep_launch launch = sweep_get_launch();
     sweep_words words = {.jobs = 1, .silence = SWEEP_SILENCE_DEFAULT};
-    command_line line = {.argc = argc, .argv = argv, .options = option_rows};
-    if (launch.rank > 0 && !command_silence())  // all ranks have the same words; rank 0 alone speaks
+    status ended;
+    if (launch.rank > 0 && !command_silence())
         return STATUS_IO;
-    for (int option; (option = command_next(&line)) != COMMAND_END;) {
-        if (option == COMMAND_HELP)
-            return STATUS_OK;
-        if (option == COMMAND_ERROR || !take_word(option, line.value, &words))
-            return STATUS_USAGE;
-    }
-    if (!words.file)
-        return (int)command_usage("sweep", "a sweep file is wanted");
-    if (words.exact && !words.cheapest)
-        return (int)command_usage("sweep", "--exact goes with --cheapest");
+    // All ranks have the same words, and rank 0 says what is wrong with them: the others end quietly and well.
+    if (!take_words(argc, argv, &words, &ended))
+        return launch.rank > 0 ? STATUS_OK : (int)ended;
     return (int)(launch.count > 1 ? share_sweep(&launch, &words) : open_and_run(NULL, &words));
 }

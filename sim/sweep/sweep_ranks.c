@@ -53,7 +53,7 @@ status sweep_ranks_open(const report *report, int silence, sweep_ranks **ranks)
     }
     if (new->count != launch.count || new->rank != launch.rank) {
         const int rank = new->rank, count = new->count;
-        mpi->end(true);
+        mpi->end();
         free(new);
         return report_error(report, STATUS_REFUSED,
                             "this process was started as rank %d of %d, but MPI takes it for rank %d of %d; use the "
@@ -100,12 +100,14 @@ void ranks_end(sweep_ranks *ranks)
     ranks->ended = true;
 }
 
-void sweep_ranks_close(sweep_ranks *ranks)
+void sweep_ranks_close(sweep_ranks *ranks, status status)
 {
     if (!ranks)
         return;
     if (ranks->rank == 0)
         ranks_end(ranks);
-    ranks->mpi->end(ranks->lost > 0);
+    if (ranks->lost > 0)
+        ranks->mpi->abort((int)status);  // who was given up would be waited for, perhaps for ever
+    ranks->mpi->end();
     free(ranks);
 }

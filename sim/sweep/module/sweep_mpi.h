@@ -17,9 +17,8 @@ typedef struct mpi_functions {
     int (*send)(int to, int tag, const void *data, size_t size, char why[MPI_WHY_SIZE]);
     // Takes a message if there is one; *from is -1 if not. One that is larger than `room` is a failure.
     int (*take)(int *from, int *tag, void *data, size_t room, size_t *size, char why[MPI_WHY_SIZE]);
-    // When every rank has called it. `lost`: some never will, and waiting has a bound.
-    void (*end)(int lost);
-    // Ends all ranks at once.
+    void (*end)(void);  // when every rank has called it
+    // Ends all ranks at once, by force where need be, with that exit status. Does not return.
     void (*abort)(int status);
 } mpi_functions;
 
