@@ -443,7 +443,8 @@ sweep_launch sweep_get_launch(void);
 enum { SWEEP_SILENCE_MIN = 4, SWEEP_SILENCE_DEFAULT = 60 };
 status sweep_ranks_open(const report *report, int silence, sweep_ranks **ranks);
 // Waits for all ranks to call it, and frees. If rank 0 gave one up, it ends all by force instead, and this process with
-// `status`: whatever is to be printed has been. NULL is fine.
+// `status`: whatever is to be printed has been. A rank whose serving failed waits for nobody: it should exit with `status`,
+// by which mpirun ends the others. NULL is fine.
 void sweep_ranks_close(sweep_ranks *ranks, status status);
 // As sweep_run, `jobs` runs at a time on each rank but 0. Only rank 0 may call it.
 status sweep_run_on_ranks(sweep *sweep, sweep_ranks *ranks, int jobs, sweep_totals *totals);

@@ -86,7 +86,8 @@ struct sweep {
 };
 
 enum { SWEEP_RUNS_MAX = 100000 };
-// The plan alone, for a process that serves another's sweep: nothing is recorded, traces have no hash, there is no store.
+// The plan alone, for a process that serves another's sweep: nothing is recorded, traces have no hash, there is no
+// store.
 status sweep_open_plan(const char *path, const report *report, sweep **sweep);
 sweep_combination sweep_get(const sweep *sweep, uint64_t index);
 uint64_t sweep_count(const sweep *sweep);

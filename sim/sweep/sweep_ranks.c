@@ -108,6 +108,7 @@ void sweep_ranks_close(sweep_ranks *ranks, status status)
         ranks_end(ranks);
     if (ranks->lost > 0)
         ranks->mpi->abort((int)status);  // who was given up would be waited for, perhaps for ever
-    ranks->mpi->end();
+    if (ranks->rank == 0 || status == STATUS_OK)
+        ranks->mpi->end();
     free(ranks);
 }

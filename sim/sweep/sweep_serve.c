@@ -136,7 +136,5 @@ status sweep_serve(const char *path, sweep_ranks *ranks, int jobs)
     if (s.pool)
         s.pool->close(s.pool);
     sweep_close(s.sweep);
-    if (status != STATUS_OK)
-        ranks->mpi->abort(status);  // nobody listens, or nothing can be said: the ranks end together
     return status;
 }
