@@ -119,7 +119,7 @@ status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *stati
     c->statistics = statistics;
     c->now = c->last_fragment = c->drained;
     c->pass_start = c->drained;
-    c->measured = false;
+    c->measured = true;
     c->done[0] = c->done[1] = c->drained;
     for (int i = 0; i < RESOURCE_COUNT; i++)
         c->bounds[i] = 0;

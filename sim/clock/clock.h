@@ -64,7 +64,7 @@ typedef struct unit {
     uint64_t data_ready, last_lookup;
     uint64_t blocked_at;      // when it found the next queue full; NEVER: it did not
     uint64_t done;            // of its last operation
-    uint64_t busy, second_busy;  // parts, in this pass
+    uint64_t busy, second_busy;  // parts, in this pass, of stamps that are measured
     uint64_t settled, second_settled;  // cycles of those that statistics have
     flight *flights;          // a ring of `window` and more
     uint64_t flight_count, flight_mask;

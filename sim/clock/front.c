@@ -142,6 +142,7 @@ bool front_step(clock_state *c, const stamp *stamp, uint32_t partition)
     f->raster_free = later(f->raster_free, c->now * CYCLE_PARTS) + takes;
     f->busy += takes;
     c->last_fragment = later(c->last_fragment, cycles_up(f->raster_free));
+    c->done[c->measured] = later(c->done[c->measured], cycles_up(f->raster_free));
     f->when = NEVER;
     return true;
 }
@@ -162,9 +163,13 @@ void clock_resume(clock_state *c, uint64_t begun)
     f->raster_free = later(f->raster_free, c->now * CYCLE_PARTS);
     if (!count || begun <= f->primitive)
         return;
-    f->primitive = f->asked = begun;
+    // As in the middle of a pass: the lines of those ahead are there, and none of them is set up yet.
+    const uint64_t there = begun + ahead < count ? begun + ahead : count;
+    f->primitive = begun;
     f->shared = share_up(f->geometry, begun, count);
-    f->reads_issued = share_up(f->reads, begun, count);
+    for (f->asked = begun; f->asked < there; f->asked++)
+        f->read_ready[f->asked % (ahead + 1)] = c->now;
+    f->reads_issued = share_up(f->reads, there, count);
     f->set_up = c->now * CYCLE_PARTS;
     for (uint64_t i = 0; i < ahead; i++)
         f->begun[i] = c->now;

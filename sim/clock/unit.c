@@ -301,8 +301,8 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     const uint64_t end = begin + later(work->cost, work->second_cost);
     u->operation_free = begin + work->cost;
     u->second_free = work->second_cost ? begin + work->second_cost : u->second_free;
-    u->busy += work->cost;
-    u->second_busy += work->second_cost;
+    u->busy += job->measured ? work->cost : 0;
+    u->second_busy += job->measured ? work->second_cost : 0;
     const bool works = work->cost || work->second_cost || work->touch_count;
     const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
     if (stage == c->stage_count - 1) {

@@ -187,8 +187,8 @@ status sampled_end_pass(void *user)
         r->cycles = pass_cycles;
         r->fragment_cycles = pass_cycles - drain;
     } else {
-        r->fragment_cycles = r->cycles > r->geometry_busy ? r->cycles : r->geometry_busy;
-        r->cycles = r->fragment_cycles + drain;
+        r->fragment_cycles = r->cycles;
+        r->cycles += drain;
     }
     estimate_bounds(d);
     d->record.start = d->result->drained_cycles;
