@@ -318,7 +318,7 @@ typedef struct detail_result {
     // DETAIL_SAMPLED: statistics are estimates, and each lies within so much of the truth with 95 % confidence.
     sampling sampling;
     uint64_t windows, stamps_measured, stamps;
-    double half_widths[STATISTIC_COUNT];
+    double half_widths[STATISTIC_COUNT], memory_half_width;  // memory bytes: of those read and written together
 } detail_result;
 
 typedef struct detail_options {

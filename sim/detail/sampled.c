@@ -110,6 +110,12 @@ status sampled_skip(void *user, const stamp *stamp)
 
 // ---- Estimating ----------------------------------------------------------------------------------------
 
+// Statistic i, or behind the last one the bytes read and written, whose errors go together.
+static double value_of(const statistics *s, int i)
+{
+    return i < STATISTIC_COUNT ? (double)statistic_value(s, i) : (double)(s->memory_bytes_read + s->memory_bytes_written);
+}
+
 // Adds the sum over all stamps behind the head, and its variance.
 static void estimate(detail *d, uint64_t stamps)
 {
@@ -123,17 +129,18 @@ static void estimate(detail *d, uint64_t stamps)
     if (!measured)
         return;
     const double scale = (double)stamps / (double)measured, m = s->window_count;
-    for (int i = 0; i < STATISTIC_COUNT; i++) {
+    for (int i = 0; i <= STATISTIC_COUNT; i++) {
         double sum = 0, squares = 0;
         for (uint32_t w = 0; w < s->window_count; w++) {
-            const double value = (double)values(&s->windows[w])[i];
+            const double value = value_of(&s->windows[w], i);
             sum += value;
             if (w) {
-                const double step = value - (double)values(&s->windows[w - 1])[i];
+                const double step = value - value_of(&s->windows[w - 1], i);
                 squares += step * step;
             }
         }
-        values(&d->record.statistics)[i] += (uint64_t)llround(scale * sum);
+        if (i < STATISTIC_COUNT)
+            values(&d->record.statistics)[i] += (uint64_t)llround(scale * sum);
         if (s->window_count > 1)
             s->variances[i] += scale * scale * m * squares / (2 * (m - 1)) * (1 - 1 / scale);
     }
@@ -159,9 +166,8 @@ static void estimate_bounds(detail *d)
     d->record.bound_by = detail_busiest(bounds, s->cycles);
 }
 
-status sampled_end_pass(void *user)
+static status finish_pass(detail *d, bool last)
 {
-    detail *d = user;
     sampler *s = d->sampler;
     status status = end_phase(d);
     const bool whole = !s->window_count;
@@ -170,7 +176,7 @@ status sampled_end_pass(void *user)
     clock_settle(d->clock, &d->raw);
     s->at = d->raw;
     if (status == STATUS_OK)
-        status = detail_flush(d, false);
+        status = detail_flush(d, last);
     if (status == STATUS_OK)
         status = clock_end_pass(d->clock, &d->raw);
     if (status != STATUS_OK)
@@ -192,9 +198,21 @@ status sampled_end_pass(void *user)
     }
     estimate_bounds(d);
     d->record.start = d->result->drained_cycles;
-    d->record.last_fragment = d->result->cycles = d->record.start + r->fragment_cycles;
+    d->record.last_fragment = d->record.start + r->fragment_cycles;
+    d->result->cycles = last ? d->result->cycles : d->record.last_fragment;
     d->record.drained = d->result->drained_cycles = d->record.start + r->cycles;
     return detail_keep_record(d);
+}
+
+status sampled_end_pass(void *user)
+{
+    return finish_pass(user, false);
+}
+
+status sampled_drain(detail *d, const pass_info *pass)
+{
+    const status status = sampled_begin_pass(d, pass);
+    return status == STATUS_OK ? finish_pass(d, true) : status;
 }
 
 // Two-sided 95 % quantiles of Student's t.
@@ -207,6 +225,8 @@ static double quantile(uint64_t freedom)
 
 void sampled_finish(detail *d)
 {
+    const double width = quantile(d->sampler->freedom);
     for (int i = 0; i < STATISTIC_COUNT; i++)
-        d->result->half_widths[i] = quantile(d->sampler->freedom) * sqrt(d->sampler->variances[i]);
+        d->result->half_widths[i] = width * sqrt(d->sampler->variances[i]);
+    d->result->memory_half_width = width * sqrt(d->sampler->variances[STATISTIC_COUNT]);
 }
