@@ -7,8 +7,9 @@
 // Of the level sampled: what was measured of the pass at hand.
 typedef struct sampler {
     stamp_phase phase;
-    bool any, running;           // a phase was told; units hold stamps
+    bool any;                    // a phase was told
     statistics at;               // when the phase began
+    uint64_t front;              // and where the rasterizer was
     statistics exact, head;      // of the pass: what is not sampled; its first stamps
     statistics *windows;         // a row each
     uint32_t window_count, window_capacity;

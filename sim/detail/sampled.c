@@ -1,8 +1,9 @@
 // The level sampled: a pass from its head, its windows and its end.
 //
-// estimate of a pass = what is known exactly (geometry) + head + mean of windows * stamps behind the head + end (the flush and
-// the drain). A window's cycles are those between the last stamp before it and the last of it being done. Windows lie at random places, one a
-// stratum, so the sum is unbiased but for units that a lead does not fill, and for the order in which
+// estimate of a pass = what is known exactly (geometry) + head + mean of windows * stamps behind the head + end (units that run
+// empty, the flush and the drain). A window's cycles are those between its first and its last stamp leaving the rasterizer: summed over all
+// stamps that is the pass's time but for its end, since units go from window to window with what they hold. Windows lie at random
+// places, one a stratum, so the sum is unbiased but for what a lead does not make up for, and for the order in which
 // caches see stamps that were run together. Its variance comes from differences of
 // neighbouring windows (Cochran 1977, 8.8), which trends within a pass do not widen; it adds up over passes.
 #include "detail.h"
@@ -24,7 +25,7 @@ status sampled_begin_pass(void *user, const pass_info *pass)
     sampler *s = d->sampler;
     const statistics before = d->raw;
     d->record = (pass_record){.info = *pass};
-    s->any = s->running = false;
+    s->any = false;
     s->window_count = 0;
     s->head_stamps = 0;
     s->head = (statistics){0};
@@ -47,23 +48,15 @@ static bool add_window(sampler *s, const statistics *window)
     return true;
 }
 
-// Ends the phase at hand: units run empty, and what was measured is kept.
+// Ends the phase at hand: what was measured is kept.
 static status end_phase(detail *d)
 {
     sampler *s = d->sampler;
-    uint64_t unmeasured, measured;
-    if (!s->any || !s->running)
-        return STATUS_OK;
-    const status status = clock_idle(d->clock, &d->raw);
-    if (status != STATUS_OK)
-        return status;
-    s->running = false;
-    if (s->phase != PHASE_HEAD && s->phase != PHASE_MEASURE)
+    if (!s->any || (s->phase != PHASE_HEAD && s->phase != PHASE_MEASURE))
         return STATUS_OK;
     clock_settle(d->clock, &d->raw);
-    clock_done(d->clock, &unmeasured, &measured);
     statistics since = statistics_since(&d->raw, &s->at);
-    since.cycles = since.fragment_cycles = measured > unmeasured ? measured - unmeasured : 0;
+    since.cycles = since.fragment_cycles = clock_front(d->clock) - s->front;
     if (s->phase == PHASE_HEAD) {
         s->head = since;
         s->head_stamps = since.stamps;
@@ -76,19 +69,13 @@ status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t be
 {
     detail *d = user;
     sampler *s = d->sampler;
-    const bool leads_in = s->any && s->phase == PHASE_LEAD && phase == PHASE_MEASURE;
-    status status = STATUS_OK;
+    const status status = end_phase(d);
     (void)window;
-    if (!leads_in)
-        status = end_phase(d);
-    if (phase == PHASE_HEAD || phase == PHASE_LEAD || phase == PHASE_MEASURE) {
-        if (!s->running && s->any)
-            clock_resume(d->clock, begun);
-        s->running = true;
-        clock_settle(d->clock, &d->raw);
-        clock_measure(d->clock, phase != PHASE_LEAD);
-        s->at = d->raw;
-    }
+    if (s->any && s->phase == PHASE_SKIP)
+        clock_resume(d->clock, begun);
+    clock_settle(d->clock, &d->raw);
+    s->at = d->raw;
+    s->front = s->any ? clock_front(d->clock) : clock_now(d->clock);
     s->phase = phase;
     s->any = true;
     return status;
@@ -171,10 +158,11 @@ static status finish_pass(detail *d, bool last)
     sampler *s = d->sampler;
     status status = end_phase(d);
     const bool whole = !s->window_count;
-    if (status == STATUS_OK)
-        status = clock_end_stamps(d->clock, &d->raw);
+    const uint64_t front = clock_front(d->clock);
     clock_settle(d->clock, &d->raw);
     s->at = d->raw;
+    if (status == STATUS_OK)
+        status = clock_end_stamps(d->clock, &d->raw);
     if (status == STATUS_OK)
         status = detail_flush(d, last);
     if (status == STATUS_OK)
@@ -193,7 +181,9 @@ static status finish_pass(detail *d, bool last)
         r->cycles = pass_cycles;
         r->fragment_cycles = pass_cycles - drain;
     } else {
-        r->fragment_cycles = r->cycles;
+        const uint64_t geometry = clock_pass_bounds(d->clock)[RESOURCE_GEOMETRY];
+        r->cycles += clock_last_stamp(d->clock) - front;
+        r->fragment_cycles = r->cycles = r->cycles > geometry ? r->cycles : geometry;
         r->cycles += drain;
     }
     estimate_bounds(d);
