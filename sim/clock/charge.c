@@ -48,7 +48,7 @@ static void take_touches(const stamp_lines *lines, access_unit cache, job *job, 
     if (!work->touch_count)
         work->first_touch = job->touch_count;
     for (int i = 0; i < lines->counts[cache]; i++)
-        job->touches[job->touch_count++] = (queued_touch){lines->touches[cache][i], (uint8_t)cache};
+        job->touches[job->touch_count++] = (queued_touch){lines->touches[cache][i], (uint8_t)cache, job->stretch};
     work->touch_count += (uint32_t)lines->counts[cache];
 }
 
@@ -70,6 +70,7 @@ void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *l
     job->tile = stamp->tile;
     job->quads = stamp->quads;
     job->touch_count = 0;
+    job->stretch = c->stretch;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;
     job->stream_written = lines->stream_written;

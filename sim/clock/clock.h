@@ -24,6 +24,7 @@ enum { STAGES_MAX = 3, STEPS_NONE = 0 };
 typedef struct queued_touch {
     line_touch line;
     uint8_t cache;            // access_unit
+    uint64_t stretch;
 } queued_touch;
 
 // A stamp on its way through one stage.
@@ -40,6 +41,7 @@ typedef struct job {
     stage_work work[STAGES_MAX];
     uint64_t stream_address;
     uint32_t stream_read, stream_written;
+    uint64_t stretch;
     queued_touch *touches;
     uint32_t touch_count, touch_capacity;
 } job;
@@ -72,6 +74,7 @@ typedef struct unit {
 
 typedef struct line_cache {
     uint64_t *ready, *last_use;  // of each slot
+    uint64_t *used_in;           // stretch of the stamp that used it last
     uint64_t *misses;            // when each of the last pending ones is back
     uint64_t oldest_miss;        // where in it
 } line_cache;
@@ -107,6 +110,7 @@ typedef struct front {
 } front;
 
 struct clock_state {
+    uint64_t stretch;         // sampling: of stamps that followed each other; lines were replaced unseen between two
     const machine *machine;
     const frame *frame;
     const report *report;

@@ -176,6 +176,7 @@ void clock_resume(clock_state *c, uint64_t begun)
 {
     front *f = &c->front;
     const uint64_t ahead = (uint64_t)c->machine->triangles_ahead, count = c->pass.primitives;
+    c->stretch++;
     if (!count || begun <= f->primitive)
         return;
     const uint64_t step = begun - f->primitive, there = f->asked + step < count ? f->asked + step : count;

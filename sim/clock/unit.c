@@ -53,8 +53,9 @@ bool units_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS]
         line_cache *cache = &p->caches[k];
         cache->ready = calloc(slots[k] + 1, sizeof *cache->ready);
         cache->last_use = calloc(slots[k] + 1, sizeof *cache->last_use);
+        cache->used_in = calloc(slots[k] + 1, sizeof *cache->used_in);
         cache->misses = calloc((size_t)m->cache_misses_max, sizeof *cache->misses);
-        good = cache->ready && cache->last_use && cache->misses;
+        good = cache->ready && cache->last_use && cache->used_in && cache->misses;
     }
     return good;
 }
@@ -72,6 +73,7 @@ void units_free(partition *p)
     for (int k = 0; k < ACCESS_UNITS; k++) {
         free(p->caches[k].ready);
         free(p->caches[k].last_use);
+        free(p->caches[k].used_in);
         free(p->caches[k].misses);
     }
 }
@@ -180,6 +182,23 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
     return ready;
 }
 
+// When the users of the line to be replaced have ended. Behind stamps that were skipped the line may have been another then, used just
+// now, which a stamp that came at once would not have met: it waits for the earliest of its set's uses instead, one use each.
+static uint64_t victim_free(const clock_state *c, line_cache *cache, const queued_touch *touch)
+{
+    const int64_t ways[ACCESS_UNITS] = {c->machine->texture_cache_ways, c->machine->depth_cache_ways, c->machine->color_cache_ways};
+    const uint32_t slot = touch->line.slot, count = (uint32_t)ways[touch->cache], first = slot / count * count;
+    uint32_t earliest = slot;
+    if (cache->used_in[slot] == touch->stretch || c->machine->tile_based)
+        return cache->last_use[slot];
+    for (uint32_t i = first; i < first + count; i++)
+        if (cache->used_in[i] != touch->stretch && cache->last_use[i] < cache->last_use[earliest])
+            earliest = i;
+    const uint64_t use = cache->last_use[earliest];
+    cache->last_use[earliest] = cache->last_use[slot];
+    return cache->last_use[slot] = use;
+}
+
 // As far as it can go now; false: it waits.
 static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch)
 {
@@ -195,8 +214,9 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     if (u->step <= STEP_PENDING) {
         if (line->fill.bytes && cache->misses[cache->oldest_miss] > c->now)
             return wait_until(c, u, cache->misses[cache->oldest_miss], &s->unit_wait_misses);
-        if (line->replaces && cache->last_use[line->slot] > c->now)
-            return wait_until(c, u, cache->last_use[line->slot], &s->unit_wait_victim);
+        const uint64_t used = line->replaces ? victim_free(c, cache, touch) : 0;
+        if (used > c->now)
+            return wait_until(c, u, used, &s->unit_wait_victim);
         u->step = STEP_SPILL;
     }
     if (u->step == STEP_SPILL) {
@@ -316,6 +336,7 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     for (uint32_t i = 0; i < work->touch_count; i++) {
         const queued_touch *touch = &job->touches[work->first_touch + i];
         p->caches[touch->cache].last_use[touch->line.slot] = cycles_up(end);
+        p->caches[touch->cache].used_in[touch->line.slot] = touch->stretch;
     }
     c->last_fragment = later(c->last_fragment, job->ready);
 }
