@@ -23,14 +23,13 @@ status sampled_begin_pass(void *user, const pass_info *pass)
 {
     detail *d = user;
     sampler *s = d->sampler;
-    const statistics before = d->raw;
     d->record = (pass_record){.info = *pass};
     s->any = false;
     s->window_count = 0;
     s->head_stamps = 0;
-    s->head = (statistics){0};
+    s->head = s->exact = (statistics){0};
+    s->at = d->raw;
     memory_begin_pass(d->memory, &d->record.info, &d->raw);
-    s->exact = statistics_since(&d->raw, &before);
     return clock_begin_pass(d->clock, &d->record.info, &d->raw);
 }
 
@@ -74,6 +73,8 @@ status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t be
     if (s->any && s->phase == PHASE_SKIP)
         clock_resume(d->clock, begun);
     clock_settle(d->clock, &d->raw);
+    if (!s->any)
+        s->exact = statistics_since(&d->raw, &s->at);  // what came before the first stamp
     s->at = d->raw;
     s->front = s->any ? clock_front(d->clock) : clock_now(d->clock);
     s->phase = phase;
@@ -160,7 +161,8 @@ static status finish_pass(detail *d, bool last)
     const bool whole = !s->window_count;
     const uint64_t front = clock_front(d->clock);
     clock_settle(d->clock, &d->raw);
-    s->at = d->raw;
+    if (s->any)
+        s->at = d->raw;
     if (status == STATUS_OK)
         status = clock_end_stamps(d->clock, &d->raw);
     if (status == STATUS_OK)

@@ -5,7 +5,7 @@
 
 sampling sampling_default(void)
 {
-    return (sampling){.head = 256, .lead = 256, .window = 512, .period = 8192, .seed = 1};
+    return (sampling){.head = 256, .lead = 1024, .window = 512, .period = 8192, .seed = 1};
 }
 
 // A random number below `below` from the seed, the pass and the stratum (splitmix64).
@@ -50,15 +50,18 @@ void phases_fill(arrival *a, const stamp *stamp)
     a->plan_of_phases.filled_quads += stamp->hierarchical ? 0 : stamp->quads;
 }
 
-// The head ends when stamps came that fill all queues: until then the rasterizer runs ahead of units at a speed of its own.
+// The head ends when stamps came that fill all queues: until then the rasterizer runs ahead of units at a speed of its own. Where most
+// stamps are discarded queues need not fill at all.
 static void end_head(arrival *a)
 {
+    enum { HEAD_MOST = 4096 };
     phase_plan *p = &a->plan_of_phases;
     const machine *m = a->machine;
     const sampling *s = a->options.sampling;
     const uint64_t parts = (uint64_t)m->partitions;
-    if (p->whole || p->at < s->head || p->filled_quads < parts * (uint64_t)m->shader_queue ||
-        p->filled_stamps < parts * (uint64_t)(m->raster_queue + m->depth_queue + m->color_queue))
+    const bool full = p->filled_quads >= parts * (uint64_t)m->shader_queue &&
+                      p->filled_stamps >= parts * (uint64_t)(m->raster_queue + m->depth_queue + m->color_queue);
+    if (p->whole || m->tile_based || p->at < s->head || (!full && p->at < HEAD_MOST))
         return;
     // Windows, their leads and the pass's end must be worth it; else the rest is measured, too.
     if (p->stamps < p->at + 4ull * (s->lead + s->window))

@@ -31,6 +31,7 @@ done
 # Every key that a result has is explained: in the page of results, or as a row of the tables of machine keys and statistics.
 "$ropsim" demo scene:knot,rings=8 --size 16 --out "$2/pages_demo" >/dev/null || exit 1
 "$ropsim" run layer_peel "$2/pages_demo/knot_rings_8.ropt" --detail cycle --json "$2/pages_demo/cycle.json" >/dev/null || exit 1
+"$ropsim" run layer_peel "$2/pages_demo/knot_rings_8.ropt" --detail sampled --json "$2/pages_demo/sampled.json" >/dev/null || exit 1
 keys=$(grep -ohE '"[a-z_0-9]+":' "$2"/pages_demo/*.json | tr -d '":' | sort -u)
 for key in geometry_passes line_bytes bound_by unit_wait_data; do
     [[ $keys == *$key* ]] || { echo "no key $key found in the JSON of results"; exit 1; }

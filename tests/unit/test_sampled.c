@@ -1,0 +1,167 @@
+// The level sampled against full cycle detail: equal where all is measured, the same bits by the same seed, and intervals that hold
+// the truth as often as they say.
+#include "messages.h"
+
+#include "../../sim/levels.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static char path[] = "/tmp/ropsim_sampled_XXXXXX.ropt";
+static const report quiet = {0};
+
+// One program and machine on the trace at `path`: the function level once, deeper levels on top.
+typedef struct bed {
+    machine machine;
+    program *program;
+    trace *trace;
+    run_result *function;
+} bed;
+
+static void record(const char *scene, uint32_t size)
+{
+    record_options options;
+    record_defaults(&options);
+    options.width = options.height = size;
+    assert_int_equal(record_scenes(&scene, 1, &options, path, &quiet), STATUS_OK);
+}
+
+static bed make(const char *name, const char *machine)
+{
+    char file[4096];
+    bed b;
+    const run_options options = {.threads = 1, .occlusion_ratio = -1, .keep_planes = true, .log_conditions = true};
+    assert_int_equal(machine_load(machine, &quiet, &b.machine), STATUS_OK);
+    assert_int_equal(program_load(name, &quiet, file, sizeof file, &b.program), STATUS_OK);
+    assert_int_equal(trace_open(path, &quiet, &b.trace), STATUS_OK);
+    assert_int_equal(replay_run(b.program, &b.machine, b.trace, &options, &quiet, &b.function), STATUS_OK);
+    return b;
+}
+
+static void drop(bed *b)
+{
+    result_destroy(b->function);
+    trace_close(b->trace);
+    program_destroy(b->program);
+}
+
+// detail_run refuses a run whose planes at the end are not the function level's: so STATUS_OK says that they are.
+static detail_result *run(const bed *b, detail_level level, const sampling *sampling)
+{
+    detail_result *detail;
+    const detail_options options = {.level = level, .sampling = sampling};
+    assert_int_equal(detail_run(b->program, &b->machine, b->trace, b->function, &options, &quiet, &detail), STATUS_OK);
+    return detail;
+}
+
+static void test_whole_passes_are_exact(void **state)
+{
+    static const char *const machines[] = {"g80", "modern", "tiled"};
+    (void)state;
+    record("scene:soup,count=100", 64);
+    for (int i = 0; i < 3; i++) {
+        bed b = make("layer_peel", machines[i]);
+        detail_result *cycle = run(&b, DETAIL_CYCLE, NULL), *sampled = run(&b, DETAIL_SAMPLED, NULL);
+        assert_int_equal(sampled->windows, 0);
+        assert_int_equal(sampled->pass_count, cycle->pass_count);
+        assert_memory_equal(&sampled->total, &cycle->total, sizeof cycle->total);
+        assert_int_equal(sampled->drained_cycles, cycle->drained_cycles);
+        assert_int_equal(sampled->cycles, cycle->cycles);
+        for (int k = 0; k < STATISTIC_COUNT; k++)
+            assert_true(sampled->half_widths[k] == 0);
+        detail_destroy(cycle);
+        detail_destroy(sampled);
+        drop(&b);
+    }
+}
+
+static void test_seed_decides(void **state)
+{
+    (void)state;
+    record("scene:soup", 256);
+    bed b = make("coherent_layer_peel_a", "g80");
+    sampling sampling = sampling_default();
+    detail_result *one = run(&b, DETAIL_SAMPLED, &sampling), *again = run(&b, DETAIL_SAMPLED, &sampling);
+    sampling.seed++;
+    detail_result *other = run(&b, DETAIL_SAMPLED, &sampling);
+    assert_true(one->windows > 0);
+    assert_memory_equal(&one->total, &again->total, sizeof one->total);
+    assert_memory_equal(one->half_widths, again->half_widths, sizeof one->half_widths);
+    assert_int_not_equal(one->total.cycles, other->total.cycles);
+    // What is known without sampling is no estimate.
+    assert_int_equal(one->stamps, other->stamps);
+    assert_int_equal(one->total.triangles, other->total.triangles);
+    detail_destroy(one);
+    detail_destroy(again);
+    detail_destroy(other);
+    drop(&b);
+}
+
+static int seeds(void)
+{
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+    return 1;
+#else
+    return 8;
+#endif
+}
+
+// Of all seeds nine in ten must cover, and each program's mean error stay below three per cent: passes are short here, so that
+// windows are few.
+static void test_intervals_cover(void **state)
+{
+    static const char *const scenes[] = {"scene:soup", "scene:slices_cone,slices=24,grid=8"};
+    static const char *const programs[][2] = {{"layer_peel", "g80"}, {"coherent_layer_peel_a", "g80"}, {"fused_coherent_layer_peel", "programmable"}};
+    const int count = getenv("ROPSIM_SAMPLED_SEEDS") ? atoi(getenv("ROPSIM_SAMPLED_SEEDS")) : seeds();
+    int covered = 0, all = 0;
+    (void)state;
+    for (int s = 0; s < 2; s++) {
+        record(scenes[s], 256);
+        for (int p = 0; p < 3; p++) {
+            bed b = make(programs[p][0], programs[p][1]);
+            detail_result *cycle = run(&b, DETAIL_CYCLE, NULL);
+            const double truth = (double)cycle->total.cycles;
+            double mean = 0;
+            int here = 0;
+            for (int i = 0; i < count; i++) {
+                sampling sampling = sampling_default();
+                sampling.seed = (uint64_t)i + 1;
+                detail_result *sampled = run(&b, DETAIL_SAMPLED, &sampling);
+                const double error = fabs((double)sampled->total.cycles - truth);
+                mean += 100 * error / truth / count;
+                here += error <= sampled->half_widths[STAT_INDEX_cycles];
+                detail_destroy(sampled);
+            }
+            print_message("%s with %s: %d of %d seeds cover, mean error %.2f %%\n", scenes[s], programs[p][0], here, count, mean);
+            if (count >= 8)
+                assert_true(mean < 3);
+            covered += here;
+            all += count;
+            detail_destroy(cycle);
+            drop(&b);
+        }
+    }
+    if (count >= 8)
+        assert_true(10 * covered >= 9 * all);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_whole_passes_are_exact),
+        cmocka_unit_test(test_seed_decides),
+        cmocka_unit_test(test_intervals_cover),
+    };
+    const int file = mkstemps(path, 5);
+    if (file < 0)
+        return 1;
+    close(file);
+    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    unlink(path);
+    return failed;
+}
