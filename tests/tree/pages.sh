@@ -40,6 +40,6 @@ for key in $keys; do
     grep -qE "[\`.]$key\`" "$source_folder/docs/results.md" ||
         grep -qE "^\| \`$key\` \|" "$2/machine_keys.md" "$2/statistics.md" ||
         [[ $key == fragments || $key == planes || $key == transparent || $key == sorted ||
-            $key == passes || $key == draws || $key == by_iteration || $key == memory || $key == occupancy ]] ||
+            $key == passes || $key == draws || $key == by_iteration || $key == memory || $key == occupancy || $key == sampling ]] ||
         { echo "docs/results.md does not explain the key $key"; exit 1; }
 done
