@@ -435,7 +435,6 @@ status trace_tests_print_expectations(FILE *out);                   // what a te
 enum { SWEEP_JOBS_MAX = 256 };
 typedef struct sweep sweep;
 typedef struct sweep_totals { uint64_t combinations, there, done, refused, failed; } sweep_totals;
-typedef enum sweep_cost { SWEEP_COST_BYTES, SWEEP_COST_PASSES } sweep_cost;
 
 // Reads the file and what it names, records its scenes, opens or creates its database. `report` must outlive the sweep.
 status sweep_open(const char *path, const report *report, sweep **sweep);
@@ -464,7 +463,22 @@ status sweep_serve(const char *path, sweep_ranks *ranks, int jobs);
 // What is there of this sweep, in the file's order.
 status sweep_print(sweep *sweep, FILE *out);                    // a Markdown table
 status sweep_write_csv(sweep *sweep, const char *path);         // all statistics
-status sweep_print_cheapest(sweep *sweep, sweep_cost cost, bool exact, FILE *out);  // one run a trace
+// For each trace the first `top` runs that meet all bounds, in the order of a column: a Markdown table. Columns are those of
+// the table `runs` that hold numbers, or machine keys that do. Runs of one level of detail are compared.
+typedef struct sweep_query {
+    const char *column;
+    bool most;                  // the largest first, not the smallest
+    bool exact;                 // among exact images only
+    const char *const *bounds;  // `COLUMN<=VALUE` or `COLUMN>=VALUE`
+    int bound_count;
+    const char *detail;         // NULL: the deepest that the sweep has
+    uint64_t top;
+} sweep_query;
+enum { SWEEP_BOUNDS_MAX = 16 };
+// STATUS_USAGE if it cannot be answered: unknown columns, bounds of another form, a column that is known from a deeper level on.
+// `sweep` NULL: the words alone.
+status sweep_check_query(const sweep *sweep, const sweep_query *query, const report *report);
+status sweep_print_query(sweep *sweep, const sweep_query *query, FILE *out);
 
 // ---- Results (sim/report) ------------------------------------------------------------------------------
 

@@ -98,8 +98,8 @@ static bool on_its_way(const sweep_work *w, const sweep_combination *run)
         if (w->pool->slots[i].state != SLOT_BUSY)
             continue;
         const sweep_combination other = sweep_get(w->sweep, w->pool->slots[i].index);
-        if (strcmp(other.program->hash, run->program->hash) == 0 && strcmp(other.trace->hash, run->trace->hash) == 0 &&
-            strcmp(other.variant->hash, run->variant->hash) == 0)
+        if (other.detail == run->detail && strcmp(other.program->hash, run->program->hash) == 0 &&
+            strcmp(other.trace->hash, run->trace->hash) == 0 && strcmp(other.variant->hash, run->variant->hash) == 0)
             return true;
     }
     return false;
