@@ -2,6 +2,8 @@
 // runs. Started by mpirun or srun, rank 0 does so, and the other ranks run for it.
 #include "command.h"
 
+#include "../sweeps.h"
+
 #include <inttypes.h>
 #include <string.h>
 #include <unistd.h>
@@ -27,8 +29,8 @@ static const command_option option_rows[] = {
     [ROW_TABLE] = {"table", 0, NULL, "print the results as a Markdown table"},
     [ROW_CSV] = {"csv", 0, "FILE", "write the results as CSV, all statistics"},
     [ROW_CHEAPEST] = {"cheapest", 0, "COLUMN",
-                      "print the run of each trace with the least: a column or machine key; bytes: plane_bytes, passes:"
-                      " geometry_passes"},
+                      "print the run of each trace with the least in a column or machine key; bytes: plane_bytes,"
+                      " passes: geometry_passes"},
     [ROW_BEST] = {"best", 0, "COLUMN[:most]",
                   "print the first runs of each trace, the least first; :most: the largest"},
     [ROW_TOP] = {"top", 0, "N", "with --best: so many of each trace; default 10"},
@@ -152,20 +154,16 @@ static status share_sweep(const sweep_launch *launch, const sweep_words *words)
     return status;
 }
 
-// `bytes` and `passes` are short for columns; COLUMN:most is the largest first.
-static void name_columns(sweep_words *words)
+// COLUMN:most is the largest first.
+static void split_best(sweep_words *words)
 {
-    sweep_query *cheapest = &words->cheapest, *best = &words->best;
-    if (cheapest->column && strcmp(cheapest->column, "bytes") == 0)
-        cheapest->column = "plane_bytes";
-    else if (cheapest->column && strcmp(cheapest->column, "passes") == 0)
-        cheapest->column = "geometry_passes";
+    sweep_query *best = &words->best;
     const char *colon = best->column ? strchr(best->column, ':') : NULL;
-    if (colon && strcmp(colon, ":most") == 0) {
-        snprintf(words->best_column, sizeof words->best_column, "%.*s", (int)(colon - best->column), best->column);
-        best->column = words->best_column;
-        best->most = true;
-    }
+    if (!colon || strcmp(colon, ":most") != 0)
+        return;
+    snprintf(words->best_column, sizeof words->best_column, "%.*s", (int)(colon - best->column), best->column);
+    best->column = words->best_column;
+    best->most = true;
 }
 
 static status finish_queries(sweep_words *words)
@@ -183,7 +181,7 @@ static status finish_queries(sweep_words *words)
         return command_usage("sweep", "--top goes with --best");
     words->cheapest.top = 1;
     words->best.top = words->top ? words->best.top : COMMAND_TOP_DEFAULT;
-    name_columns(words);
+    split_best(words);
     for (int i = 0; status == STATUS_OK && i < 2; i++) {
         queries[i]->exact = words->exact;
         queries[i]->bounds = words->bounds;

@@ -2,7 +2,7 @@
 #ifndef ROPSIM_SWEEP_FILE_H
 #define ROPSIM_SWEEP_FILE_H
 
-#include "../levels.h"
+#include "../sweeps.h"
 
 typedef enum sweep_key {
 #define SWEEP_KEY(key, kind, required, what) KEY_##key,

@@ -65,10 +65,13 @@ static status refuse_word(const char *name, const report *report)
     return report_error(report, STATUS_USAGE, "`%s` is a word, but a column of numbers is wanted", name);
 }
 
-static status find_measure(const char *name, const report *report, measure *measure)
+static status find_measure(const char *word, const report *report, measure *measure)
 {
     static const machine any;
     machine_value key;
+    const char *name = strcmp(word, "bytes") == 0    ? "plane_bytes"
+                       : strcmp(word, "passes") == 0 ? "geometry_passes"
+                                                     : word;
     *measure = (struct measure){.column = -1, .key = -1, .level = DETAIL_FUNCTION, .kind = COLUMN_COUNT};
     for (int i = 0; i < SWEEP_COLUMN_COUNT; i++) {
         const sweep_column column = sweep_get_column(i);

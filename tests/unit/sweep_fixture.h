@@ -3,6 +3,7 @@
 #define ROPSIM_TEST_SWEEP_FIXTURE_H
 
 #include "messages.h"
+#include "../../sim/sweeps.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
