@@ -56,12 +56,12 @@ mpi 0 "| programmable | depth_format=z16 stencil_bits=6 |" "$work/small.yaml" --
 children() { cat /proc/"$1"/task/"$1"/children 2>/dev/null; }
 rank_of() { tr '\0' '\n' <"/proc/$1/environ" 2>/dev/null | sed -n 's/^OMPI_COMM_WORLD_RANK=//p'; }
 
-# Starts the sweep on three ranks, and once a run of rank 1 is seen, sets $job, $rank1 and $run1: mpirun, the rank, the
+# Starts the sweep on three ranks, with options, and once a run of rank 1 is seen, sets $job, $rank1 and $run1: mpirun, the rank, the
 # run's process, which is stopped.
 start_job() {
     local pid
     rm -rf "$work"/sweep.db*
-    mpirun --oversubscribe --mca btl self,vader -n 3 "$ropsim" sweep "$sweep" --silence 4 >"$work/said" 2>&1 &
+    mpirun --oversubscribe --mca btl self,vader -n 3 "$ropsim" sweep "$sweep" "$@" >"$work/said" 2>&1 &
     job=$! rank1='' run1=''
     for ((i = 0; i < 500; i++)); do
         for pid in $([[ $rank1 ]] || children $job); do [[ $(rank_of "$pid") == 1 ]] && rank1=$pid; done
@@ -97,7 +97,7 @@ expect 0 "12 runs: 12 were there" sweep "$sweep"
 
 # A rank that hangs: it is given up, and the others do what it had. Open MPI 4.1.4's mpirun now and then crashes (139) when
 # it cleans up behind it, and all is done.
-start_job
+start_job --silence 4
 kill -STOP "$rank1"
 kill -CONT "$run1"
 end_job "0|139" "a rank hung"
