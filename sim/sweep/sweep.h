@@ -31,6 +31,7 @@ typedef struct sweep_column {
 } sweep_column;
 // A row of stats.def whose name is that of another column or of a machine key has `statistic_` before it.
 sweep_column sweep_get_column(int index);
+column_kind sweep_column_kind(int index);  // the same at once: names are compared with all others
 
 // ---- Rows: what came of a run (sweep_row.c) ------------------------------------------------------------
 

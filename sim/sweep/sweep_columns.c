@@ -44,12 +44,18 @@ static bool is_taken(const char *name)
     return false;
 }
 
+column_kind sweep_column_kind(int index)
+{
+    if (index < SWEEP_STATISTICS_FROM)
+        return own_rows[index].kind;
+    return index >= SWEEP_DERIVED_FROM ? COLUMN_REAL : COLUMN_COUNT;
+}
+
 sweep_column sweep_get_column(int index)
 {
-    sweep_column column = {.kind = COLUMN_COUNT};
+    sweep_column column = {.kind = sweep_column_kind(index)};
     if (index < SWEEP_STATISTICS_FROM) {
         snprintf(column.name, sizeof column.name, "%s", own_rows[index].name);
-        column.kind = own_rows[index].kind;
         column.level = own_rows[index].level;
         return column;
     }
@@ -57,7 +63,6 @@ sweep_column sweep_get_column(int index)
     const statistic_row *row =
         derived ? &derived_rows[index - SWEEP_DERIVED_FROM] : &statistic_rows[index - SWEEP_STATISTICS_FROM];
     snprintf(column.name, sizeof column.name, "%s%s", is_taken(row->name) ? "statistic_" : "", row->name);
-    column.kind = derived ? COLUMN_REAL : COLUMN_COUNT;
     column.level = row->level;
     return column;
 }

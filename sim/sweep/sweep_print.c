@@ -158,7 +158,7 @@ static void write_row(const sweep *sweep, const sweep_combination *run, const sw
     for (int i = 0; i < SWEEP_COLUMN_COUNT; i++) {
         fputc(',', file);
         if (row->stats[i].known)
-            write_value(sweep_get_column(i).kind, &row->stats[i], file);
+            write_value(sweep_column_kind(i), &row->stats[i], file);
     }
     fputs("\r\n", file);
 }

@@ -133,7 +133,7 @@ static sweep_value found_value(sqlite3_stmt *find, int column)
 {
     const int at = FOUND_FROM + column;
     sweep_value value = {.known = sqlite3_column_type(find, at) != SQLITE_NULL};
-    if (!value.known || sweep_get_column(column).kind != COLUMN_RESOURCE) {
+    if (!value.known || sweep_column_kind(column) != COLUMN_RESOURCE) {
         value.count = sqlite3_column_int64(find, at);
         value.real = sqlite3_column_double(find, at);
         return value;
@@ -255,7 +255,7 @@ static status add_run(sweep_store *store, const sweep_combination *key, const sw
     if (row->outcome != OUTCOME_DONE)
         bind_text(add, STATS_FROM - 1, row->why);
     for (int i = 0; i < SWEEP_COLUMN_COUNT; i++)
-        bind_value(add, STATS_FROM + i, sweep_get_column(i).kind, &row->stats[i]);
+        bind_value(add, STATS_FROM + i, sweep_column_kind(i), &row->stats[i]);
     status = run_once(store, add);
     return status == STATUS_OK && sqlite3_changes(store->database) > 0 ? add_planes(store, row) : status;
 }
