@@ -39,8 +39,7 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     c->report = report;
     c->partition_count = (int)machine->partitions;
     c->partitions = calloc((size_t)c->partition_count, sizeof *c->partitions);
-    c->front.read_ready = calloc(GEOMETRY_AHEAD + 1, sizeof *c->front.read_ready);
-    bool good = c->partitions && c->front.read_ready;
+    bool good = c->partitions && front_make(c);
     for (int i = 0; good && i < c->partition_count; i++)
         good = (c->partitions[i].channel = channel_create(&timing)) && units_make(c, &c->partitions[i], slots);
     charge_init(c);

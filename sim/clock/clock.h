@@ -91,6 +91,7 @@ typedef struct front {
     uint64_t geometry;        // parts that vertices and set-up take
     uint64_t primitive;       // of those that come: how many began
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
+    uint64_t ahead;           // primitives for which lines are fetched ahead
     uint64_t address;
     uint64_t blocked_at;
     uint64_t busy;
@@ -114,13 +115,12 @@ struct clock_state {
     bool stuck;
 };
 
-enum { GEOMETRY_AHEAD = 32 };  // primitives for which vertices are fetched ahead
-
 // What a stamp costs in each stage (charge.c).
 void charge_init(clock_state *clock);
 void charge_stamp(const clock_state *clock, const stamp *stamp, const stamp_lines *lines, job *job);
 
-// The front end (front.c). front_next: when it can hand the stamp on; front_step does it.
+// The front end (front.c). front_make: false: out of memory. front_next: when it can hand the stamp on; front_step does it.
+bool front_make(clock_state *clock);
 void front_begin(clock_state *clock);
 void front_next(clock_state *clock, const stamp *stamp, uint32_t partition);
 bool front_step(clock_state *clock, const stamp *stamp, uint32_t partition);
