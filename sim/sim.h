@@ -222,6 +222,11 @@ const char *aside_path(const aside *aside);
 status aside_finish(aside *aside);   // closes, renames and frees; on failure no file stays
 void aside_discard(aside *aside);    // frees it and leaves no file; NULL is fine
 
+// A library of ours that is opened when it is first needed, found beside the command, a folder above it (test programs lie
+// one deeper in a build folder), or in the installation's lib/ropsim. NULL, with the reason in `why`, if it is not there or
+// does not open. It is never closed: the loader keeps what is open, so calling this again is cheap.
+void *module_open(const char *name, char *why, size_t why_size);
+
 // Loads a program as a user names it: the stem of a file of programs/ or a path (of text or of words), then values
 // for its parameters: NAME[,PARAMETER=INTEGER...]. `path`: its file, for messages. Free with program_destroy.
 status program_load(const char *words, const report *report, char *path, size_t size, program **program);
@@ -438,6 +443,24 @@ void sweep_close(sweep *sweep);  // NULL is fine
 // Runs what is not in the database, `jobs` at a time, each in a process of its own; the caller has no other thread running.
 // Whatever ends this process, what was done stays and the next call goes on.
 status sweep_run(sweep *sweep, int jobs, sweep_totals *totals);
+
+// A sweep under MPI: of the ranks that mpirun or srun started, rank 0 opens the sweep and runs it, and the others serve it.
+// All read the same file, so they need the same paths: a shared file system.
+typedef struct sweep_launch { int rank, count; } sweep_launch;  // count 1: started alone, MPI is not asked for
+typedef struct sweep_ranks sweep_ranks;
+sweep_launch sweep_get_launch(void);
+// Starts MPI. STATUS_REFUSED if it was not built in or is not the one that started the ranks. `silence`: seconds after which a
+// rank that says nothing is given up, at least SWEEP_SILENCE_MIN.
+enum { SWEEP_SILENCE_MIN = 4, SWEEP_SILENCE_DEFAULT = 60 };
+status sweep_ranks_open(const report *report, int silence, sweep_ranks **ranks);
+// Waits for all ranks to call it, and frees. If rank 0 gave one up, it ends all by force instead, and this process with
+// `status`: whatever is to be printed has been. A rank whose serving failed waits for nobody: it should exit with `status`,
+// by which mpirun ends the others. NULL is fine.
+void sweep_ranks_close(sweep_ranks *ranks, status status);
+// As sweep_run, `jobs` runs at a time on each rank but 0. Only rank 0 may call it.
+status sweep_run_on_ranks(sweep *sweep, sweep_ranks *ranks, int jobs, sweep_totals *totals);
+// On the other ranks: replays what rank 0 hands out until that closes. Rank 0 is told what goes wrong, and reports it.
+status sweep_serve(const char *path, sweep_ranks *ranks, int jobs);
 // What is there of this sweep, in the file's order.
 status sweep_print(sweep *sweep, FILE *out);                    // a Markdown table
 status sweep_write_csv(sweep *sweep, const char *path);         // all statistics

@@ -39,7 +39,8 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     c->report = report;
     c->partition_count = (int)machine->partitions;
     c->partitions = calloc((size_t)c->partition_count, sizeof *c->partitions);
-    bool good = c->partitions && front_make(c);
+    c->front.read_ready = calloc((size_t)machine->triangles_ahead + 1, sizeof *c->front.read_ready);
+    bool good = c->partitions && c->front.read_ready;
     for (int i = 0; good && i < c->partition_count; i++)
         good = (c->partitions[i].channel = channel_create(&timing)) && units_make(c, &c->partitions[i], slots);
     charge_init(c);
@@ -127,21 +128,25 @@ status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *stati
     return STATUS_OK;
 }
 
-// The unit whose step is next, downstream first among equals; false: none has one before the front.
-static bool earliest(const clock_state *c, int *partition, int *stage, uint64_t *when)
+// The partition whose step is next; NULL: none has one.
+static partition *earliest(const clock_state *c)
 {
-    *when = NEVER;
+    partition *found = NULL;
+    uint64_t when = NEVER;
     for (int i = 0; i < c->partition_count; i++) {
-        const unit *units = c->partitions[i].units;
-        for (int s = c->stage_count - 1; s >= 0; s--) {
-            if (units[s].when < *when) {
-                *when = units[s].when;
-                *partition = i;
-                *stage = s;
-            }
+        if (c->partitions[i].when < when) {
+            found = &c->partitions[i];
+            when = found->when;
         }
     }
-    return *when != NEVER;
+    return found;
+}
+
+static void step_partition(clock_state *c, partition *p)
+{
+    c->now = p->when;
+    unit_step(c, p, p->next_stage);
+    partition_next(c, p);
 }
 
 static const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
@@ -175,9 +180,29 @@ static bool reserve_touches(job *job, const stamp_lines *lines)
     return grown;
 }
 
+// Doubles the ring where the stamps on their way fill it.
+static bool reserve_job(const clock_state *c, partition *p)
+{
+    const uint64_t last = p->units[c->stage_count - 1].started, oldest = last ? last - 1 : 0;
+    if (p->pushed - oldest <= p->job_mask)
+        return true;
+    const uint64_t mask = 2 * p->job_mask + 1;
+    job *grown = calloc(mask + 1, sizeof *grown);
+    if (!grown)
+        return false;
+    for (uint64_t i = oldest; i <= oldest + p->job_mask; i++)  // those not on their way, too: their touches are kept
+        grown[i & mask] = p->jobs[i & p->job_mask];
+    free(p->jobs);
+    p->jobs = grown;
+    p->job_mask = mask;
+    return true;
+}
+
 static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
 {
     partition *p = &c->partitions[lines->partition];
+    if (!reserve_job(c, p))
+        return refuse_memory(c);
     job *job = &p->jobs[p->pushed & p->job_mask];
     if (!reserve_touches(job, lines))
         return refuse_memory(c);
@@ -185,6 +210,7 @@ static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
     job->ready = cycles_up(c->front.raster_free);
     p->pushed++;
     unit_next(c, p, 0);
+    partition_next(c, p);
     return STATUS_OK;
 }
 
@@ -193,14 +219,11 @@ status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines,
     c->statistics = statistics;
     front_next(c, stamp, lines->partition);
     for (;;) {
-        int partition = 0, stage = 0;
-        uint64_t when;
-        earliest(c, &partition, &stage, &when);
-        if (when == NEVER && c->front.when == NEVER)
+        partition *next = earliest(c);
+        if (!next && c->front.when == NEVER)
             return blocked(c);
-        if (when <= c->front.when) {
-            c->now = when;
-            unit_step(c, &c->partitions[partition], stage);
+        if (next && next->when <= c->front.when) {
+            step_partition(c, next);
             continue;
         }
         c->now = c->front.when;
@@ -211,14 +234,10 @@ status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines,
 
 status clock_end_stamps(clock_state *c, statistics *statistics)
 {
-    int partition = 0, stage = 0;
-    uint64_t when;
     c->statistics = statistics;
     c->front.when = NEVER;
-    while (earliest(c, &partition, &stage, &when)) {
-        c->now = when;
-        unit_step(c, &c->partitions[partition], stage);
-    }
+    for (partition *next; (next = earliest(c));)
+        step_partition(c, next);
     for (int i = 0; i < c->partition_count; i++)
         for (int s = 0; s < c->stage_count; s++)
             if (c->partitions[i].units[s].started != c->partitions[i].pushed)

@@ -35,7 +35,7 @@ typedef struct stage_work {
 } stage_work;
 
 typedef struct job {
-    uint32_t tile;
+    uint32_t tile, quads;
     uint64_t ready;           // arrives at its next stage
     stage_work work[STAGES_MAX];
     uint64_t stream_address;
@@ -45,16 +45,18 @@ typedef struct job {
 } job;
 
 // An operation that another one on the same sample must wait for.
-typedef struct flight { uint32_t tile; uint64_t quads; uint64_t done; } flight;
+typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
 
 typedef struct unit {
     unit_kind kind;
     uint64_t when;            // of its next step; NEVER: waits for another unit
     uint64_t started;         // stamps begun in this pass
-    uint64_t window;          // stamps begun here and not begun in the next stage, at most
+    uint64_t quads_started;   // quads of those
+    uint64_t window;          // stamps, of the shader quads, begun here and not begun in the next stage, at most
     uint64_t port_free;       // cycle
     uint64_t operation_free, second_free;  // parts
     uint64_t *operations;     // of the last stage: when each of the last `window` began
+    uint64_t operation;       // where the next one is noted
     uint32_t touch;           // next touch of the stamp at hand, and
     uint32_t step;            // how far it got in that touch
     bool open;                // a stamp is at hand
@@ -70,11 +72,13 @@ typedef struct unit {
 typedef struct line_cache {
     uint64_t *ready, *last_use;  // of each slot
     uint64_t *misses;            // when each of the last pending ones is back
-    uint64_t miss_count;
+    uint64_t oldest_miss;        // where in it
 } line_cache;
 
 typedef struct partition {
     channel *channel;
+    uint64_t when;            // the earliest step of its units, and
+    int next_stage;           // whose it is: the one nearest to the end of the pipeline
     line_cache caches[ACCESS_UNITS];
     unit units[STAGES_MAX];
     job *jobs;                // a ring
@@ -90,8 +94,8 @@ typedef struct front {
     uint64_t start;           // of the pass
     uint64_t geometry;        // parts that vertices and set-up take
     uint64_t primitive;       // of those that come: how many began
+    uint64_t asked;           // and for how many the lines were asked for
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
-    uint64_t ahead;           // primitives for which lines are fetched ahead
     uint64_t address;
     uint64_t blocked_at;
     uint64_t busy;
@@ -119,8 +123,7 @@ struct clock_state {
 void charge_init(clock_state *clock);
 void charge_stamp(const clock_state *clock, const stamp *stamp, const stamp_lines *lines, job *job);
 
-// The front end (front.c). front_make: false: out of memory. front_next: when it can hand the stamp on; front_step does it.
-bool front_make(clock_state *clock);
+// The front end (front.c). front_next: when it can hand the stamp on; front_step does it.
 void front_begin(clock_state *clock);
 void front_next(clock_state *clock, const stamp *stamp, uint32_t partition);
 bool front_step(clock_state *clock, const stamp *stamp, uint32_t partition);
@@ -131,6 +134,7 @@ bool units_make(clock_state *clock, partition *partition, const uint32_t slots[A
 void units_free(partition *partition);
 void units_begin(clock_state *clock, partition *partition);
 void unit_next(clock_state *clock, partition *partition, int stage);   // sets unit.when
+void partition_next(const clock_state *clock, partition *partition);   // sets partition.when, after its units
 void unit_step(clock_state *clock, partition *partition, int stage);
 
 // Requests (unit.c): true: taken; else *when is when to ask again.

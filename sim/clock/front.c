@@ -1,11 +1,9 @@
 // The front end: vertices and triangles at their rates, their lines from memory, and the rasterizer that hands stamps out.
 //
 // Triangle j of those with fragments is set up at its share of the pass's geometry time and when its lines have come, which
-// are asked for `ahead` triangles earlier. A stamp leaves the rasterizer when that is free and its partition's queue
+// are asked for triangles_ahead triangles earlier. A stamp leaves the rasterizer when that is free and its partition's queue
 // has room. On a tile-based machine all triangles are set up, written to bins and drained before the first stamp.
 #include "clock.h"
-
-#include <stdlib.h>
 
 static const uint64_t GEOMETRY_BASE = UINT64_C(1) << 40;  // addresses of their own
 
@@ -54,19 +52,6 @@ static void bin_all(clock_state *c, uint64_t reads, uint64_t writes)
     f->geometry = 0;
 }
 
-// So many that memory's latency, twice over for what waits before it, hides behind set-up at its rate.
-bool front_make(clock_state *c)
-{
-    enum { AHEAD_LEAST = 32, AHEAD_MOST = 65536 };
-    const machine *m = c->machine;
-    const int64_t clocks = m->memory_t_rp + m->memory_t_rcd + m->memory_t_cl + (m->line_bytes + m->memory_bytes_per_clock - 1) / m->memory_bytes_per_clock;
-    const uint64_t latency = (uint64_t)m->memory_latency_cycles + share_up((uint64_t)clocks, (uint64_t)m->core_mhz, (uint64_t)m->memory_mhz);
-    const uint64_t ahead = AHEAD_LEAST + share_up(2 * latency, (uint64_t)m->triangles_per_kiloclock, 1000);
-    c->front.ahead = ahead < AHEAD_MOST ? ahead : AHEAD_MOST;
-    c->front.read_ready = calloc(c->front.ahead + 1, sizeof *c->front.read_ready);
-    return c->front.read_ready;
-}
-
 static uint64_t rate_parts(uint64_t count, int64_t per_kiloclock)
 {
     return share_up(count, 1000 * CYCLE_PARTS, (uint64_t)per_kiloclock);
@@ -76,8 +61,7 @@ void front_begin(clock_state *c)
 {
     front *f = &c->front;
     const pass_info *pass = &c->pass;
-    *f = (front){.when = NEVER, .start = c->drained, .raster_free = c->drained * CYCLE_PARTS, .read_ready = f->read_ready,
-                 .ahead = f->ahead, .blocked_at = NEVER};
+    *f = (front){.when = NEVER, .start = c->drained, .raster_free = c->drained * CYCLE_PARTS, .read_ready = f->read_ready, .blocked_at = NEVER};
     f->geometry = later(rate_parts(pass->triangles, c->machine->triangles_per_kiloclock),
                         rate_parts(pass->vertices, c->machine->vertices_per_kiloclock));
     c->bounds[RESOURCE_GEOMETRY] = f->geometry / CYCLE_PARTS;
@@ -91,16 +75,16 @@ void front_begin(clock_state *c)
     }
 }
 
-// Asks for the lines of all primitives up to this one.
+// Asks for the lines of all primitives up to this one and those ahead of it.
 static void ask_ahead(clock_state *c, uint64_t primitive)
 {
     front *f = &c->front;
-    const uint64_t count = c->pass.primitives;
-    const uint64_t last = primitive + c->front.ahead < count ? primitive + c->front.ahead : count - 1;
-    for (uint64_t p = primitive ? primitive + c->front.ahead : 0; p <= last; p++) {
-        for (const uint64_t wanted = share_up(f->reads, p + 1, count); f->reads_issued < wanted;)
+    const uint64_t count = c->pass.primitives, ahead = (uint64_t)c->machine->triangles_ahead;
+    const uint64_t last = primitive + ahead < count ? primitive + ahead : count - 1;
+    for (; f->asked <= last; f->asked++) {
+        for (const uint64_t wanted = share_up(f->reads, f->asked + 1, count); f->reads_issued < wanted;)
             f->read_done = later(f->read_done, read_line(c, f->reads_issued++));
-        f->read_ready[p % (c->front.ahead + 1)] = f->read_done;
+        f->read_ready[f->asked % (ahead + 1)] = f->read_done;
     }
 }
 
@@ -117,7 +101,7 @@ void front_next(clock_state *c, const stamp *stamp, uint32_t partition)
     if (stamp->begins_primitive && c->pass.primitives && f->primitive < c->pass.primitives) {
         ask_ahead(c, f->primitive);
         const uint64_t set_up = f->start + cycles_up(share_up(f->geometry, f->primitive + 1, c->pass.primitives));
-        const uint64_t there = later(set_up, f->read_ready[f->primitive % (c->front.ahead + 1)]);
+        const uint64_t there = later(set_up, f->read_ready[f->primitive % ((uint64_t)c->machine->triangles_ahead + 1)]);
         if (there > when) {
             c->statistics->raster_wait_geometry += there - when;
             when = there;

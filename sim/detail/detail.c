@@ -19,6 +19,7 @@ typedef struct detail {
     pass_record record;          // of the pass at hand
     statistics before_pass, before_draw;
     uint32_t draw;               // whose stamps come now; UINT32_MAX: none's
+    timeline *timeline;          // NULL: none
 } detail;
 
 static status refuse_memory(const detail *d)
@@ -138,6 +139,8 @@ static status finish_pass(detail *d, bool last)
         d->result->bound_cycles += most;
         d->result->cycles = last ? d->result->cycles : d->record.last_fragment;
         d->result->drained_cycles = d->record.drained;
+        if (d->timeline)
+            timeline_pass(d->timeline, &d->record);
     }
     return keep_record(d);
 }
@@ -206,7 +209,10 @@ static status check(detail *d, const detail_options *options)
 status detail_run(const program *program, const machine *machine, trace *trace, const run_result *function,
                   const detail_options *options, const report *report, detail_result **result)
 {
-    detail d = {.machine = machine, .report = report, .draw = UINT32_MAX};
+    detail d = {.machine = machine,
+                .report = report,
+                .draw = UINT32_MAX,
+                .timeline = options->clock ? options->clock->timeline : NULL};
     const stamp_sink sink = {begin_pass, take_stamp, end_pass, &d};
     const double start = seconds_of_process();
     *result = NULL;

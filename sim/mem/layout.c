@@ -127,5 +127,5 @@ uint32_t line_set(const memory *m, const cache *cache, line_place at)
 {
     enum { PLANE_STEP = 7 };
     const plane_layout *plane = &m->planes[at.plane];
-    return (uint32_t)(((uint64_t)m->local_of[at.tile] * plane->parts + at.part + (uint64_t)at.plane * PLANE_STEP) % cache->sets);
+    return (m->local_of[at.tile] * plane->parts + at.part + at.plane * PLANE_STEP) % cache->sets;
 }

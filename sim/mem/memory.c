@@ -233,8 +233,8 @@ static void touch_plane(memory *m, const stamp *stamp, const plane_access *acces
 
 static void count_fragments(const memory *m, const stamp *stamp, statistics *s)
 {
-    const uint64_t covered = (uint64_t)__builtin_popcountll(stamp->lanes), shaded = (uint64_t)__builtin_popcountll(stamp->shaded);
-    const uint64_t alive = (uint64_t)__builtin_popcountll(stamp->alive), passed = (uint64_t)__builtin_popcountll(stamp->passed);
+    const uint64_t covered = count_lanes(stamp->lanes), shaded = count_lanes(stamp->shaded);
+    const uint64_t alive = count_lanes(stamp->alive), passed = count_lanes(stamp->passed);
     s->stamps++;
     s->fragments += covered;
     s->quads += stamp->quads;

@@ -26,6 +26,8 @@ typedef struct kernel_use {
     compare_function depth_function;
     uint32_t shader_operations;
     int texture_planes;             // reads of planes as textures for each fragment
+    uint32_t depth_formats;         // bit f: it looks at the fragment's depth as a code of format f
+    bool color, primitive;          // it looks at the fragment's colour, its primitive
 } kernel_use;
 
 typedef struct list_entry { uint64_t place, order; uint32_t code; float rgba[4]; } list_entry;
@@ -73,8 +75,8 @@ status kernel_use_find(const program *program, const bound_program *bound, const
 uint32_t quads_of(const tiling *tiling, uint64_t lanes);
 // Lanes for which the depth test would hold.
 uint64_t depth_test_lanes(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes);
-// Whether no lane can pass, by the least and greatest depth of the stamp and of the block.
-bool depth_range_fails(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes);
+// Whether none of `count` fragments can pass, by their and the block's least and greatest depth.
+bool depth_range_fails(compare_function function, const uint32_t *codes, uint32_t count, const uint32_t *plane);
 
 uint32_t *arrival_plane(const arrival *arrival, int storage, uint32_t tile);
 // Runs the kernel on the lanes of a block and describes what it did; `record` NULL: a full-screen pass (stamp_run.c).

@@ -10,7 +10,7 @@ uint32_t quads_of(const tiling *t, uint64_t lanes)
         lanes |= lanes >> step;
     lanes |= lanes >> t->samples;
     lanes |= lanes >> (t->samples << t->shift_x);
-    return (uint32_t)__builtin_popcountll(lanes & t->quad_corners);
+    return count_lanes(lanes & t->quad_corners);
 }
 
 static bool holds(compare_function function, uint32_t fragment, uint32_t stored)
@@ -37,18 +37,21 @@ uint64_t depth_test_lanes(compare_function function, const uint32_t *codes, cons
     return found;
 }
 
-bool depth_range_fails(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes)
+// Codes of depth stay below 2^31, so that signed compares do, which every processor has as vectors.
+static void widen(const uint32_t *codes, uint32_t count, int32_t *least, int32_t *most)
 {
-    uint32_t least = UINT32_MAX, most = 0, block_least = UINT32_MAX, block_most = 0;
-    for (uint64_t left = lanes; left; left &= left - 1) {
-        const uint32_t code = codes[__builtin_ctzll(left)];
-        least = code < least ? code : least;
-        most = code > most ? code : most;
+    for (uint32_t i = 0; i < count; i++) {
+        const int32_t code = (int32_t)codes[i];
+        *least = code < *least ? code : *least;
+        *most = code > *most ? code : *most;
     }
-    for (int lane = 0; lane < TILE_LANES; lane++) {
-        block_least = plane[lane] < block_least ? plane[lane] : block_least;
-        block_most = plane[lane] > block_most ? plane[lane] : block_most;
-    }
+}
+
+bool depth_range_fails(compare_function function, const uint32_t *codes, uint32_t count, const uint32_t *plane)
+{
+    int32_t least = INT32_MAX, most = 0, block_least = INT32_MAX, block_most = 0;
+    widen(codes, count, &least, &most);
+    widen(plane, TILE_LANES, &block_least, &block_most);
     switch (function) {
     case COMPARE_less: return least >= block_most;
     case COMPARE_lequal: return least > block_most;

@@ -108,7 +108,7 @@ static void put_records(const stamp_pending *p, stamp_chunk *chunk)
     for (uint32_t i = 0; i < p->tile_count; i++) {
         p->offsets[i] = offset;
         chunk->records[chunk->count++] = (stamp_record){p->lanes[i], offset, p->tiles[i], p->primitive, p->draw, i == 0};
-        offset += (uint64_t)__builtin_popcountll(p->lanes[i]);
+        offset += count_lanes(p->lanes[i]);
     }
     chunk->fragment_count = offset;
 }
@@ -118,7 +118,7 @@ static void put_fragments(const stamps *s, const stamp_pending *p, stamp_chunk *
     const bool reversed = trace_get_info(s->trace)->reversed_depth;
     for (uint32_t i = 0; i < p->count; i++) {
         const uint64_t before = p->lanes[p->stamp[i]] & ((1ull << p->lane[i]) - 1);
-        const uint64_t at = p->offsets[p->stamp[i]] + (uint64_t)__builtin_popcountll(before);
+        const uint64_t at = p->offsets[p->stamp[i]] + count_lanes(before);
         for (uint32_t formats = s->request.depth_formats; formats; formats &= formats - 1) {
             const int f = __builtin_ctz(formats);
             chunk->codes[f][at] = format_depth_to_code((format)f, p->depth[i], reversed);

@@ -30,16 +30,19 @@ typedef struct sweep_value {
 typedef enum sweep_outcome { OUTCOME_DONE, OUTCOME_REFUSED, OUTCOME_FAILED, OUTCOME_COUNT } sweep_outcome;
 extern const char *const sweep_outcome_names[OUTCOME_COUNT];
 
-// Without pointers, so that it goes through a pipe as it is.
+// Without pointers, so that it goes through a pipe or a message as it is.
+enum { SWEEP_WHY_SIZE = 1024 };
 typedef struct sweep_row {
     sweep_outcome outcome;
-    char why[1024];  // unless done
+    char why[SWEEP_WHY_SIZE];  // unless done
     sweep_value stats[SWEEP_STAT_COUNT];
     plane_result planes[PLANE_MAX];
     int plane_count;
 } sweep_row;
 
 void sweep_row_fill(sweep_row *row, const run_result *result);
+// A report's `say` whose `user` is char[SWEEP_WHY_SIZE]: errors are put one behind the other.
+void sweep_keep_reason(void *why, severity severity, const char *text);
 
 // ---- The plan: what is to run (sweep_plan.c) -----------------------------------------------------------
 
@@ -83,6 +86,9 @@ struct sweep {
 };
 
 enum { SWEEP_RUNS_MAX = 100000 };
+// The plan alone, for a process that serves another's sweep: nothing is recorded, traces have no hash, there is no
+// store.
+status sweep_open_plan(const char *path, const report *report, sweep **sweep);
 sweep_combination sweep_get(const sweep *sweep, uint64_t index);
 uint64_t sweep_count(const sweep *sweep);
 // "stencil_bits=4 depth_format=z16"; empty without settings. Cut to fit.
@@ -92,6 +98,38 @@ void sweep_settings_text(const sweep *sweep, const sweep_variant *variant, char 
 char *sweep_path(const sweep_file *file, const char *path);
 // The trace of a line `record SCENE...`, recorded to `path`.
 status sweep_record(const sweep_file *file, const sweep_word *line, const char *path, const report *report);
+
+// ---- Pools: places that take runs and give rows back ---------------------------------------------------
+
+typedef enum sweep_slot_state {
+    SLOT_IDLE,
+    SLOT_BUSY,
+    SLOT_ENDED,   // `row` is there; whoever takes it makes the slot idle
+    SLOT_LOST,    // went away with its run, which came to nothing; whoever sees it closes the slot
+    SLOT_CLOSED,  // takes no run: not there yet, or no more
+} sweep_slot_state;
+
+// Room for one run.
+typedef struct sweep_slot {
+    sweep_slot_state state;
+    uint64_t index;  // of the combination
+    sweep_row row;
+} sweep_slot;
+
+// The first member of what implements it.
+typedef struct sweep_pool sweep_pool;
+struct sweep_pool {
+    sweep_slot *slots;
+    int slot_count;
+    status (*start)(sweep_pool *pool, int slot, uint64_t index);  // makes an idle slot busy
+    status (*wait)(sweep_pool *pool, int milliseconds);           // until something happened, or so long
+    void (*close)(sweep_pool *pool);                              // drops what is on its way, and frees
+};
+
+// Processes of this machine, one a run, at most `jobs` at a time (sweep_processes.c).
+status processes_open(const sweep *sweep, int jobs, sweep_pool **pool);
+// Runs what is missing, and closes the pool (sweep_run.c).
+status sweep_run_in(sweep *sweep, sweep_pool *pool, sweep_totals *totals);
 
 // ---- The store: an SQLite database (sweep_store.c) -----------------------------------------------------
 

@@ -127,37 +127,61 @@ static status build_variants(sweep *sweep)
     return status;
 }
 
-// Recorded anew each time, since a mesh may have changed; the same scene gives the same hash.
-static status record_line(sweep *sweep, const sweep_word *word, char **path)
+static bool is_recorded(const sweep_word *word)
 {
+    return strncmp(word->text, "record ", 7) == 0;
+}
+
+// Where the trace lies, or will lie once it is recorded.
+static status find_trace(sweep *sweep, const sweep_word *word, sweep_trace *trace)
+{
+    trace->label = word->text;
+    if (!is_recorded(word)) {
+        trace->path = sweep_path(&sweep->file, word->text);
+        return trace->path ? STATUS_OK : refuse_memory(sweep);
+    }
     char *database = sweep_path(&sweep->file, sweep->file.lists[KEY_results].words[0].text);
     const size_t size = database ? strlen(database) + 64 : 0;
-    status status = STATUS_OK;
-    *path = database ? malloc(size) : NULL;
-    if (!*path) {
-        free(database);
-        return refuse_memory(sweep);
-    }
-    snprintf(*path, size, "%s.traces", database);
-    if (mkdir(*path, 0777) != 0 && errno != EEXIST)
-        status = report_error(sweep->report, STATUS_IO, "%s: cannot be made: %s", *path, strerror(errno));
-    snprintf(*path, size, "%s.traces/%016llx.ropt", database,
-             (unsigned long long)XXH3_64bits(word->text, strlen(word->text)));
+    trace->path = database ? malloc(size) : NULL;
+    if (trace->path)
+        snprintf(trace->path, size, "%s.traces/%016llx.ropt", database,
+                 (unsigned long long)XXH3_64bits(word->text, strlen(word->text)));
     free(database);
-    return status == STATUS_OK ? sweep_record(&sweep->file, word, *path, sweep->report) : status;
+    return trace->path ? STATUS_OK : refuse_memory(sweep);
+}
+
+static status find_traces(sweep *sweep)
+{
+    const sweep_list *list = &sweep->file.lists[KEY_traces];
+    status status = STATUS_OK;
+    sweep->traces = calloc((size_t)list->count, sizeof *sweep->traces);
+    if (!sweep->traces)
+        return refuse_memory(sweep);
+    for (int i = 0; status == STATUS_OK && i < list->count; i++) {
+        sweep->trace_count++;
+        status = find_trace(sweep, &list->words[i], &sweep->traces[i]);
+    }
+    return status;
+}
+
+// Recorded anew each time, since a mesh may have changed; the same scene gives the same hash.
+static status record_trace(sweep *sweep, const sweep_word *word, char *path)
+{
+    char *slash = strrchr(path, '/');
+    status status = STATUS_OK;
+    *slash = 0;
+    if (mkdir(path, 0777) != 0 && errno != EEXIST)
+        status = report_error(sweep->report, STATUS_IO, "%s: cannot be made: %s", path, strerror(errno));
+    *slash = '/';
+    return status == STATUS_OK ? sweep_record(&sweep->file, word, path, sweep->report) : status;
 }
 
 static status load_trace(sweep *sweep, const sweep_word *word, sweep_trace *loaded)
 {
     sweep_place place;
     trace *trace = NULL;
-    status status = STATUS_OK;
+    status status = is_recorded(word) ? record_trace(sweep, word, loaded->path) : STATUS_OK;
     sweep_place_start(&place, sweep->report, sweep->file.path, word);
-    loaded->label = word->text;
-    if (strncmp(word->text, "record ", 7) == 0)
-        status = record_line(sweep, word, &loaded->path);
-    else if (!(loaded->path = sweep_path(&sweep->file, word->text)))
-        status = refuse_memory(sweep);
     if (status == STATUS_OK)
         status = trace_open(loaded->path, &place.report, &trace);
     if (status == STATUS_OK)
@@ -168,15 +192,9 @@ static status load_trace(sweep *sweep, const sweep_word *word, sweep_trace *load
 
 static status load_traces(sweep *sweep)
 {
-    const sweep_list *list = &sweep->file.lists[KEY_traces];
     status status = STATUS_OK;
-    sweep->traces = calloc((size_t)list->count, sizeof *sweep->traces);
-    if (!sweep->traces)
-        return refuse_memory(sweep);
-    for (int i = 0; status == STATUS_OK && i < list->count; i++) {
-        sweep->trace_count++;
-        status = load_trace(sweep, &list->words[i], &sweep->traces[i]);
-    }
+    for (uint64_t i = 0; status == STATUS_OK && i < sweep->trace_count; i++)
+        status = load_trace(sweep, &sweep->file.lists[KEY_traces].words[i], &sweep->traces[i]);
     return status;
 }
 
@@ -190,7 +208,7 @@ static status open_store(sweep *sweep)
     return status;
 }
 
-status sweep_open(const char *path, const report *report, sweep **sweep)
+status sweep_open_plan(const char *path, const report *report, sweep **sweep)
 {
     *sweep = NULL;
     struct sweep *new = calloc(1, sizeof *new);
@@ -203,13 +221,25 @@ status sweep_open(const char *path, const report *report, sweep **sweep)
     if (status == STATUS_OK)
         status = build_variants(new);
     if (status == STATUS_OK)
-        status = open_store(new);
-    if (status == STATUS_OK)
-        status = load_traces(new);
+        status = find_traces(new);
     if (status == STATUS_OK)
         *sweep = new;
     else
         sweep_close(new);
+    return status;
+}
+
+status sweep_open(const char *path, const report *report, sweep **sweep)
+{
+    status status = sweep_open_plan(path, report, sweep);
+    if (status == STATUS_OK)
+        status = open_store(*sweep);
+    if (status == STATUS_OK)
+        status = load_traces(*sweep);
+    if (status != STATUS_OK) {
+        sweep_close(*sweep);
+        *sweep = NULL;
+    }
     return status;
 }
 

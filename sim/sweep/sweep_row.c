@@ -2,6 +2,7 @@
 #include "sweep.h"
 
 #include <math.h>
+#include <string.h>
 
 const char *const sweep_outcome_names[OUTCOME_COUNT] = {"done", "refused", "failed"};
 
@@ -35,4 +36,12 @@ void sweep_row_fill(sweep_row *row, const run_result *result)
 #undef SWEEP_REAL
     for (int i = 0; i < r->plane_count; i++)
         row->planes[i] = r->planes[i];
+}
+
+void sweep_keep_reason(void *why, severity severity, const char *text)
+{
+    char *reason = why;
+    const size_t length = strlen(reason);
+    if (severity == SEVERITY_ERROR)
+        snprintf(reason + length, SWEEP_WHY_SIZE - length, "%s%s", length ? "; " : "", text);
 }
