@@ -28,7 +28,7 @@ typedef struct peak {
     double rate;  // of the whole chip a core clock
 } peak;
 
-// All planes of these images stay in the caches, but for the rows of memory: 96 x 64 pixels are 12 x 8 blocks, on 6 partitions 16 each, on 12 8 each. tiny's 16 x 16
+// All planes of these images stay in the caches, but for the rows of memory: 96 x 64 pixels are 12 x 8 blocks, on 6 partitions 16 each. tiny's 16 x 16
 // pixels are 4 blocks, its 4 lines. Layers are so many that start, latency and write-back are below 3 per cent.
 static const peak peaks[] = {
     {"colour pixels", "g80", NULL, replace, 96, 64, 1, 96, WORK_PIXELS, 24},
@@ -52,21 +52,21 @@ static const peak peaks[] = {
     {"blends of rgba8", "tiny", "color_format=rgba8", blend, 16, 16, 1, 200, WORK_SAMPLES, 4},
     {"blends of rgba32f", "tiny", "color_cache_bytes=4096", blend, 16, 16, 1, 400, WORK_SAMPLES, 4},
     {"depth samples", "tiny", NULL, depth_only, 16, 16, 1, 200, WORK_SAMPLES, 4},
-    // Two operations shade a fragment (read, compare), on four a clock: that would bind.
-    {"texture samples", "tiny", "shader_operations_per_clock=64", texture, 16, 16, 1, 200, WORK_SAMPLES, 4},
+    // Two operations shade a fragment (read, compare), on four a clock, and one stamp is shaded at a time: that would bind.
+    {"texture samples", "tiny", "shader_operations_per_clock=64 shader_queue=64", texture, 16, 16, 1, 200, WORK_SAMPLES, 4},
     {"kernel slots", "tiny", NULL, kernel, 16, 16, 1, 100, WORK_SLOTS, 1},
     {"DRAM bytes read", "tiny", "fast_clear=false", depth_read, 256, 256, 1, 1, WORK_READ_BYTES, 8},
     {"DRAM bytes written", "tiny", "fast_clear=false", depth_only, 256, 256, 1, 1, WORK_CLEARED_BYTES, 8},
 
-    // 96 x 128 pixels: 16 blocks on each of 12 partitions, so that a quad's next turn comes later than its operation's latency.
-    {"colour pixels", "modern", NULL, replace, 96, 128, 1, 192, WORK_PIXELS, 176},
-    {"colour samples, 4 a pixel", "modern", NULL, replace, 48, 64, 4, 600, WORK_SAMPLES, 704},
-    {"blends of rgba8", "modern", NULL, blend, 96, 128, 1, 192, WORK_SAMPLES, 176},
-    {"blends of rgba32f", "modern", "color_format=rgba32f", blend, 96, 64, 1, 192, WORK_SAMPLES, 44},
-    {"depth samples", "modern", NULL, depth_only, 96, 128, 1, 1500, WORK_SAMPLES, 704},
-    {"texture samples", "modern", NULL, texture, 96, 128, 1, 768, WORK_SAMPLES, 512},
-    {"kernel slots", "modern", NULL, kernel, 96, 128, 1, 48, WORK_SLOTS, 44},
-    // 12 channels x 32 bytes x 2625 MHz / 2520 MHz = 400 bytes.
+    // 192 x 128 pixels: 16 blocks on each of 24 partitions, so that a quad's next turn comes later than its operation's latency.
+    {"colour pixels", "modern", NULL, replace, 192, 128, 1, 192, WORK_PIXELS, 176},
+    {"colour samples, 4 a pixel", "modern", NULL, replace, 96, 64, 4, 600, WORK_SAMPLES, 704},
+    {"blends of rgba8", "modern", NULL, blend, 192, 128, 1, 192, WORK_SAMPLES, 176},
+    {"blends of rgba32f", "modern", "color_format=rgba32f", blend, 192, 64, 1, 192, WORK_SAMPLES, 44},
+    {"depth samples", "modern", NULL, depth_only, 192, 128, 1, 1500, WORK_SAMPLES, 704},
+    {"texture samples", "modern", NULL, texture, 192, 128, 1, 768, WORK_SAMPLES, 512},
+    {"kernel slots", "modern", NULL, kernel, 192, 128, 1, 48, WORK_SLOTS, 44},
+    // 24 channels x 16 bytes x 2625 MHz / 2520 MHz = 400 bytes.
     {"DRAM bytes read", "modern", "l2_bytes=0 depth_compression=false fast_clear=false hierarchical_depth=false", depth_read, 1536, 1536, 1, 1,
      WORK_READ_BYTES, 400},
     {"DRAM bytes written", "modern", "l2_bytes=0 depth_compression=false fast_clear=false", depth_only, 1536, 1536, 1, 1, WORK_CLEARED_BYTES, 400},
@@ -154,12 +154,12 @@ static void triangles_of_tiny(void **state)
     set_up("tiny", "triangle_bytes=0 vertex_bytes=0 depth_cache_bytes=65536 depth_queue=8", 1);
 }
 
-// Without compression and early clears, what memory has to move binds an opaque fill: 24 pixels ask for 4 bytes of depth read, 4 written and
+// Without compression and fast clears, what memory has to move binds an opaque fill: 24 pixels ask for 4 bytes of depth read, 4 written and
 // 4 of colour written, 288 bytes a clock of 150. Each block once: of depth and colour, read only where a test or a blend asks for it.
 static double balance(const char *program, uint32_t bytes_a_pixel, const char **bound_by)
 {
     enum { SIDE = 768, LAYERS = 4 };
-    // The stencil of the packed format goes with depth: 4 bytes.
+    // 32 bits of depth, as the packed format has with its stencil.
     const machine machine = cost_machine("g80", "depth_format=z32f depth_compression=false fast_clear=false hierarchical_depth=false");
     box *boxes = cost_layers(SIDE, SIDE, LAYERS, CLASS_OPAQUE);
     box_scene scene = {.width = SIDE, .height = SIDE, .samples = 1, .boxes = boxes, .count = LAYERS};
@@ -182,7 +182,7 @@ static void opaque_fill_is_bound_by_memory(void **state)
     const char *bound_by;
     const double rate = balance(opaque, 12, &bound_by);
     assert_string_equal(bound_by, "memory");
-    assert_true(rate <= 150.26 && rate >= 0.85 * 150.26);  // below the peak by the turns between reads and writes
+    assert_true(rate <= 150.26 && rate >= 0.88 * 150.26);  // below the peak by the turns between reads and writes
 }
 
 // 12 blends ask for 4 bytes of depth read, 4 of colour read and 4 written: 144 bytes of 150, so that both are near their bounds.
@@ -191,7 +191,7 @@ static void blending_is_balanced(void **state)
     (void)state;
     const char *bound_by;
     const double rate = balance(blend_behind, 12, &bound_by);
-    assert_true(rate <= 144 && rate >= 0.85 * 144);
+    assert_true(rate <= 144 && rate >= 0.95 * 144);
 }
 
 int main(void)
