@@ -101,9 +101,10 @@ static uint64_t set_up(clock_state *c)
     front *f = &c->front;
     const uint64_t ahead = (uint64_t)c->machine->triangles_ahead, count = c->pass.primitives;
     // Its share of all that the pass's geometry takes, so that all shares add up to it.
-    const uint64_t share = share_up(f->geometry, f->primitive + 1, count) - share_up(f->geometry, f->primitive, count);
+    const uint64_t shared = share_up(f->geometry, f->primitive + 1, count), share = shared - f->shared;
     const uint64_t room = f->primitive < ahead ? f->start : f->begun[f->primitive % ahead];
     f->set_up = later(f->set_up, room * CYCLE_PARTS) + share;
+    f->shared = shared;
     return cycles_up(f->set_up);
 }
 
@@ -151,4 +152,20 @@ void front_end(clock_state *c)
     while (f->reads_issued < f->reads)
         f->read_done = later(f->read_done, read_line(c, f->reads_issued++));
     c->last_fragment = later(c->last_fragment, later(f->read_done, later(cycles_up(f->set_up), f->start + cycles_up(f->geometry))));
+}
+
+void clock_resume(clock_state *c, uint64_t begun)
+{
+    front *f = &c->front;
+    const uint64_t ahead = (uint64_t)c->machine->triangles_ahead, count = c->pass.primitives;
+    c->now = later(c->now, c->last_fragment);
+    f->raster_free = later(f->raster_free, c->now * CYCLE_PARTS);
+    if (!count || begun <= f->primitive)
+        return;
+    f->primitive = f->asked = begun;
+    f->shared = share_up(f->geometry, begun, count);
+    f->reads_issued = share_up(f->reads, begun, count);
+    f->set_up = c->now * CYCLE_PARTS;
+    for (uint64_t i = 0; i < ahead; i++)
+        f->begun[i] = c->now;
 }

@@ -320,6 +320,7 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
         p->caches[touch->cache].last_use[touch->line.slot] = cycles_up(end);
     }
     c->last_fragment = later(c->last_fragment, job->ready);
+    c->done[job->measured] = later(c->done[job->measured], job->ready);
 }
 
 // Begins the stamp: the room that it had in the queue before is free.

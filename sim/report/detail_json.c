@@ -66,7 +66,7 @@ static json_t *pass_object(const pass_record *pass, const detail_result *detail)
     json_t *object =
         json_pack("{s:o, s:s, s:s, s:o}", "number", json_count(info->number), "kind", pass_kind_names[info->kind],
                   "name", info->name, "iteration", json_count(info->iteration));
-    if (detail->level == DETAIL_CYCLE) {
+    if (detail->level >= DETAIL_CYCLE) {
         json_t *bounds = json_object();
         for (int i = 0; i < RESOURCE_COUNT; i++)
             json_object_set_new(bounds, clock_resource_names[i], json_count(pass->bounds[i]));
@@ -99,7 +99,7 @@ status detail_write_json(const run_result *function, const detail_result *detail
     if (!object)
         return result_save(NULL, path, report);
     json_object_set_new(object, "memory", memory_object(detail));
-    if (detail->level == DETAIL_CYCLE)
+    if (detail->level >= DETAIL_CYCLE)
         add_cycles(object, detail);
     json_object_set_new(object, "occupancy", occupancy_object(detail));
     add_statistics(object, &detail->total, detail);
