@@ -114,7 +114,7 @@ static const char depth_fill[] = HEAD "pass first\ndepth less z\nend\n" TAIL;
 static const char slices[] = HEAD "pass first\ndepth less z read_only\ntarget base under color\nend\n" TAIL;
 
 // `layers` full layers on all machines; the share of time that the busiest resource of each pass is taken is at least that. On modern six times as
-// many: it is so fast that start and drain would show. A tile-based machine stops for a region's write-back: up to 10 per cent less.
+// many, and 5 per cent less: it is so fast that start and drain show. A tile-based machine writes a region back at once, from row to row: 20 less.
 static void stream(const char *what, const char *text, uint32_t width, uint32_t height, uint32_t layers, double least)
 {
     int below = 0;
@@ -128,31 +128,32 @@ static void stream(const char *what, const char *text, uint32_t width, uint32_t 
         printf("%-14s %-12s %7d cycles, bound %7d by %-8s %6.2f %%\n", what, machines[m], (int)detail->drained_cycles, (int)detail->bound_cycles,
                clock_resource_names[cost_draw(detail)->bound_by], share);
         check_bounds(detail, what);
-        below += share < (machine.tile_based ? 0.9 * least : least);
+        below += share < (machine.tile_based ? 0.8 * least : machine.l2_bytes ? 0.95 * least : least);
         detail_destroy(detail);
         free(boxes);
     }
     assert_int_equal(below, 0);
 }
 
-// One layer over cleared planes: written, never read. 192 x 96 blocks are as many for each partition of any machine.
+// One layer over cleared planes: written, never read. 96 x 96 blocks are as many for each partition of any machine. Both planes take a multiple of
+// as many rows as there are banks: if they began in one bank, tiled would reach 29 per cent.
 static void an_opaque_fill_streams(void **state)
 {
     (void)state;
-    stream("opaque fill", opaque_fill, 1536, 768, 1, 95);
+    stream("opaque fill", opaque_fill, 768, 768, 1, 95);
 }
 
 static void a_depth_fill_streams(void **state)
 {
     (void)state;
-    stream("depth fill", depth_fill, 1536, 768, 1, 95);
+    stream("depth fill", depth_fill, 768, 768, 1, 95);
 }
 
 // Slices that stay in the caches: blending binds; but on tiny, where each goes to memory and back.
 static void blended_slices_stream(void **state)
 {
     (void)state;
-    stream("slices", slices, 96, 64, 64, 95);
+    stream("slices", slices, 96, 64, 40, 95);
 }
 
 // Where every line is read and written back, the bus turns between both, and rows change: that is no bound, as a better controller would lose less.

@@ -72,7 +72,7 @@ static void a_count_off_by_one_is_refused(void **state)
     assert_int_equal(replay_run(program, &machine, trace, &options, NULL, &function), STATUS_OK);
     assert_int_equal(arrival_create(program, &machine, trace, function, &(arrival_options){.hierarchical = true, .early = true}, NULL, &arrival), STATUS_OK);
     assert_int_equal(memory_create(&machine, arrival_frame(arrival), &said.report, &c.memory), STATUS_OK);
-    assert_int_equal(arrival_run(arrival, &(stamp_sink){begin, take, end, &c}), STATUS_OK);
+    assert_int_equal(arrival_run(arrival, &(stamp_sink){.begin_pass = begin, .stamp = take, .end_pass = end, .user = &c}), STATUS_OK);
     assert_int_equal(memory_check(c.memory, &c.total, &said.report), STATUS_OK);
     assert_int_equal(said.count, 0);
     for (size_t i = 0; i < sizeof conserved / sizeof *conserved; i++) {
