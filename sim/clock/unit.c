@@ -129,6 +129,8 @@ void unit_next(clock_state *c, partition *p, int stage)
             u->blocked_at = u->blocked_at == NEVER ? later(when, c->now) : u->blocked_at;
             return;
         }
+    } else if (!u->window) {
+        return;  // no machine file has this; clock.c says so
     } else if (u->started >= u->window) {
         const uint64_t room = u->operations[u->operation];
         if (room > when) {
