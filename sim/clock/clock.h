@@ -91,7 +91,7 @@ typedef struct front {
     uint64_t geometry;        // parts that vertices and set-up take
     uint64_t primitive;       // of those that come: how many began
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
-    uint64_t address;
+    uint64_t base;            // address of the lines that primitives wait for
     uint64_t blocked_at;
     uint64_t busy;
 } front;
