@@ -69,7 +69,7 @@ typedef struct unit {
 
 typedef struct line_cache {
     uint64_t *ready, *last_use;  // of each slot
-    uint64_t *misses;            // when each of the last pending ones is back
+    uint64_t *misses;            // cache_misses_max places: when the fetch that has it is back
     uint64_t miss_count;
 } line_cache;
 

@@ -167,17 +167,28 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
     return ready;
 }
 
+// The place of the pending fetch that is back first. They come back out of order: some from the second level, some after
+// decompression.
+static uint64_t *first_back(const clock_state *c, line_cache *cache)
+{
+    const uint64_t places = (uint64_t)c->machine->cache_misses_max;
+    uint64_t *first = &cache->misses[cache->miss_count % places];  // the oldest
+    for (uint64_t i = 0; *first > c->now && i < places; i++)
+        first = cache->misses[i] < *first ? &cache->misses[i] : first;
+    return first;
+}
+
 // As far as it can go now; false: it waits.
 static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch)
 {
     statistics *s = c->statistics;
     const line_touch *line = &touch->line;
     line_cache *cache = &p->caches[touch->cache];
-    const uint64_t pending = (uint64_t)c->machine->cache_misses_max;
+    uint64_t *pending = line->fill.bytes ? first_back(c, cache) : NULL;
     uint64_t when;
     if (u->step <= STEP_PENDING) {
-        if (line->fill.bytes && cache->misses[cache->miss_count % pending] > c->now)
-            return wait_until(c, u, cache->misses[cache->miss_count % pending], &s->unit_wait_misses);
+        if (pending && *pending > c->now)
+            return wait_until(c, u, *pending, &s->unit_wait_misses);
         if (line->replaces && cache->last_use[line->slot] > c->now)
             return wait_until(c, u, cache->last_use[line->slot], &s->unit_wait_victim);
         u->step = STEP_SPILL;
@@ -201,8 +212,10 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     }
     if (line->miss) {
         cache->ready[line->slot] = fill_ready(c, p, &line->fill);
-        if (line->fill.bytes)
-            cache->misses[cache->miss_count++ % pending] = cache->ready[line->slot];
+        if (pending) {
+            *pending = cache->ready[line->slot];
+            cache->miss_count++;
+        }
     }
     u->data_ready = later(u->data_ready, cache->ready[line->slot]);
     return true;
