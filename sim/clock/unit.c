@@ -284,10 +284,12 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
         s->unit_wait_data += u->data_ready - begin / CYCLE_PARTS;
         begin = u->data_ready * CYCLE_PARTS;
     }
-    const uint64_t quads = rop && work->lanes ? frame_quads(c->frame, work->lanes) : 0;
+    // A stamp that leaves the unit nothing to do neither waits nor keeps others waiting. So flights are done in order.
+    const bool works = work->cost || work->second_cost || work->touch_count;
+    const uint64_t quads = rop && works ? frame_quads(c->frame, work->lanes) : 0;
     if (quads) {
-        const uint64_t free = interlocked(c, u, job->tile, quads, cycles_up(begin));
-        if (free * CYCLE_PARTS > begin && free > cycles_up(begin)) {
+        const uint64_t free = interlocked(c, u, job->tile, quads, begin / CYCLE_PARTS);
+        if (free * CYCLE_PARTS > begin) {
             s->unit_wait_interlock += free - begin / CYCLE_PARTS;
             begin = free * CYCLE_PARTS;
         }
@@ -297,7 +299,6 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     u->second_free = work->second_cost ? begin + work->second_cost : u->second_free;
     u->busy += work->cost;
     u->second_busy += work->second_cost;
-    const bool works = work->cost || work->second_cost || work->touch_count;
     const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
     u->operations[u->started % u->window] = begin / CYCLE_PARTS;
     u->done = later(u->done, cycles_up(end) + latency);
