@@ -10,12 +10,21 @@ typedef struct answer {
     uint64_t clock;       // in which its last data have ended; TICK_NEVER: not known yet
     uint64_t cycle;       // the answer; TICK_NEVER: not known yet
     uint64_t not_before, added;  // what the second level adds
-    uint32_t partition;
     struct answer *next;
 } answer;
 
+// A write that was refused comes again in the core cycle in which a place is seen to be free. That is up to a cycle later
+// than the first whose memory clock would find it free.
+typedef struct refused {
+    uint64_t address, cycle;
+} refused;
+
+enum { REFUSED_MAX = 8 };
+
 typedef struct slice {
     ticks channel;
+    refused refused[REFUSED_MAX];
+    int refused_count;
     uint64_t moved_until;  // the second level's port, in 2^-20 cycles
 } slice;
 
@@ -103,18 +112,17 @@ void tick_memory_advance(tick_memory *memory, uint64_t cycle)
     }
 }
 
-static answer *ask(tick_memory *memory, uint32_t partition)
+static answer *ask(void)
 {
     answer *answer = calloc(1, sizeof *answer);
     answer->clock = answer->cycle = TICK_NEVER;
-    answer->partition = partition;
     return answer;
 }
 
 const uint64_t *tick_memory_read(tick_memory *memory, uint32_t partition, uint64_t cycle, uint64_t address,
                                  uint32_t bytes)
 {
-    answer *answer = ask(memory, partition);
+    answer *answer = ask();
     answer->next = memory->waiting;
     memory->waiting = answer;
     ticks_ask(&memory->slices[partition].channel, cycle, address, bytes, &answer->clock);
@@ -137,7 +145,7 @@ const uint64_t *tick_memory_fetch(tick_memory *memory, uint32_t partition, uint6
     if (!memory->machine->l2_bytes)
         return tick_memory_read(memory, partition, cycle, transfer->address, transfer->bytes);
     const uint64_t latency = (uint64_t)memory->machine->l2_latency_cycles;
-    answer *answer = ask(memory, partition);
+    answer *answer = ask();
     answer->not_before = move(memory, partition, cycle, transfer->bytes) + latency;
     answer->added = latency;
     if (transfer->on_chip) {
@@ -154,7 +162,22 @@ const uint64_t *tick_memory_fetch(tick_memory *memory, uint32_t partition, uint6
 
 bool tick_memory_write(tick_memory *memory, uint32_t partition, uint64_t cycle, uint64_t address, uint32_t bytes)
 {
-    return ticks_write(&memory->slices[partition].channel, cycle, address, bytes, NULL);
+    slice *slice = &memory->slices[partition];
+    int i = 0;
+    while (i < slice->refused_count && slice->refused[i].address != address)
+        i++;
+    if (i < slice->refused_count && slice->refused[i].cycle > cycle)
+        return false;
+    uint64_t when;
+    const bool taken = ticks_write(&slice->channel, cycle, address, bytes, &when);
+    if (!taken) {
+        assert(i < REFUSED_MAX);
+        slice->refused_count += i == slice->refused_count;
+        slice->refused[i] = (refused){address, when};
+    } else if (i < slice->refused_count) {
+        slice->refused[i] = slice->refused[--slice->refused_count];
+    }
+    return taken;
 }
 
 bool tick_memory_spill(tick_memory *memory, uint32_t partition, uint64_t cycle, const transfer *transfer)
