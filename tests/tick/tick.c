@@ -139,6 +139,11 @@ uint64_t tick_last_fragment(const tick *t)
     return t->last_fragment;
 }
 
+uint64_t tick_bytes(const tick *t, bool written)
+{
+    return tick_memory_bytes(t->memory, written);
+}
+
 // ---- What comes in -------------------------------------------------------------------------------------
 
 void tick_begin_pass(tick *t, const pass_info *pass)

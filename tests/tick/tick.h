@@ -23,6 +23,7 @@ void tick_flush(tick *tick, uint32_t partition, access_unit cache, const transfe
 void tick_end_pass(tick *tick);
 uint64_t tick_now(const tick *tick);            // cycle at which the last pass was drained
 uint64_t tick_last_fragment(const tick *tick);  // cycle at which its last stamp was done
+uint64_t tick_bytes(const tick *tick, bool written);  // that went through its channels
 
 // ---- Traffic -------------------------------------------------------------------------------------------
 

@@ -127,7 +127,7 @@ static status end_pass(void *user)
     X(texture_lookups) X(texture_misses) X(depth_lookups) X(depth_misses) X(depth_writebacks) X(color_lookups)         \
     X(color_misses) X(color_writebacks) X(lines_dirtied) X(fills_cleared) X(fills_none) X(lines_compressed)            \
     X(rop_bytes_read) X(rop_bytes_written) X(l2_lookups) X(l2_misses) X(l2_writebacks) X(geometry_bytes)               \
-    X(list_bytes) X(memory_bytes_read) X(memory_bytes_written)
+    X(list_bytes) X(blocks_cleared) X(memory_bytes_read) X(memory_bytes_written)
 
 static void compare_traffic(both *b)
 {
@@ -170,6 +170,13 @@ static void finish_run(both *b)
         b->good = false;
     }
     compare_traffic(b);
+    // What the memory model counts is what the timing model moved.
+    if (tick_bytes(b->tick, false) != b->fast.memory_bytes_read || tick_bytes(b->tick, true) != b->fast.memory_bytes_written) {
+        print_message("%s: %llu bytes read and %llu written, but channels moved %llu and %llu\n", b->label,
+                      (unsigned long long)b->fast.memory_bytes_read, (unsigned long long)b->fast.memory_bytes_written,
+                      (unsigned long long)tick_bytes(b->tick, false), (unsigned long long)tick_bytes(b->tick, true));
+        b->good = false;
+    }
 }
 
 bool tick_compare(const program *program, const machine *machine, trace *trace, const char *label, double tolerance,

@@ -33,6 +33,7 @@ struct tick_memory {
     channel_timing timing;
     slice *slices;
     answer *waiting, *known;
+    uint64_t bytes_read, bytes_written;
 };
 
 tick_memory *tick_memory_create(const machine *m)
@@ -126,6 +127,7 @@ const uint64_t *tick_memory_read(tick_memory *memory, uint32_t partition, uint64
     answer->next = memory->waiting;
     memory->waiting = answer;
     ticks_ask(&memory->slices[partition].channel, cycle, address, bytes, &answer->clock);
+    memory->bytes_read += bytes;
     return &answer->cycle;
 }
 
@@ -157,6 +159,7 @@ const uint64_t *tick_memory_fetch(tick_memory *memory, uint32_t partition, uint6
     answer->next = memory->waiting;
     memory->waiting = answer;
     ticks_ask(&memory->slices[partition].channel, cycle, transfer->address, transfer->bytes, &answer->clock);
+    memory->bytes_read += transfer->bytes;
     return &answer->cycle;
 }
 
@@ -177,6 +180,7 @@ bool tick_memory_write(tick_memory *memory, uint32_t partition, uint64_t cycle, 
     } else if (i < slice->refused_count) {
         slice->refused[i] = slice->refused[--slice->refused_count];
     }
+    memory->bytes_written += taken ? bytes : 0;
     return taken;
 }
 
@@ -201,4 +205,9 @@ uint64_t tick_memory_drain(tick_memory *memory, uint32_t partition, uint64_t cyc
     const uint64_t written = ticks_drain(&slice->channel, cycle);
     const uint64_t moved = (slice->moved_until + TICK_ONE - 1) / TICK_ONE;
     return written > moved ? written : moved;
+}
+
+uint64_t tick_memory_bytes(const tick_memory *memory, bool written)
+{
+    return written ? memory->bytes_written : memory->bytes_read;
 }

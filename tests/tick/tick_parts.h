@@ -27,6 +27,8 @@ void tick_memory_advance(tick_memory *memory, uint64_t cycle);
 uint64_t tick_memory_drain(tick_memory *memory, uint32_t partition, uint64_t cycle);  // when all data have ended
 void tick_memory_forget(tick_memory *memory);                     // the places of answers, at the end of a pass
 
+uint64_t tick_memory_bytes(const tick_memory *memory, bool written);  // that channels took
+
 // ---- Work (tick_work.c) --------------------------------------------------------------------------------
 
 typedef enum unit_kind { UNIT_SHADER, UNIT_DEPTH, UNIT_COLOR, UNIT_KERNEL } unit_kind;
