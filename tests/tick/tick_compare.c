@@ -1,8 +1,6 @@
 // See tick_compare.h. The order of calls is that of sim/detail.
 #include "tick_compare.h"
 
-#include "../twin/random_input.h"
-
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>

@@ -4,6 +4,8 @@
 
 #include "tick.h"
 
+#include "../twin/random_input.h"
+
 enum { TICK_LABEL_SIZE = 512 };
 
 typedef struct tick_measure {
@@ -25,5 +27,8 @@ void tick_print_measure(const char *title, const tick_measure *measure);
 program *tick_program(const char *words);
 trace *tick_scene(const char *scene, uint32_t size, uint32_t samples);
 trace *tick_trace(const char *name);  // of traces/
+
+// The machine of that name with every key of time and traffic thrown by dice (tick_random.c).
+void tick_random_machine(dice *dice, const char *name, machine *machine);
 
 #endif

@@ -4,8 +4,6 @@
 // ROPSIM_TICK_ONLY=WORD runs only what has WORD in its label; ROPSIM_TICK_EXACT=1 asks for equal cycles.
 #include "../tick/tick_compare.h"
 
-#include "../twin/random_input.h"
-
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -32,7 +30,7 @@ static bool all_programs(const char *machine_name, trace *trace, const char *tra
     for (int p = 0; p < count; p++) {
         char label[TICK_LABEL_SIZE];
         program *program = tick_program(names[p]);
-        snprintf(label, sizeof label, "%s, %s, %s", machine_name, names[p], trace_name);
+        snprintf(label, sizeof label, "%s, %.63s, %s", machine_name, names[p], trace_name);
         if (wanted(label) && runs_on(program, &machine))
             good &= tick_compare(program, &machine, trace, label, 0.02, measure);
         program_destroy(program);
