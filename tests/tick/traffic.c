@@ -414,7 +414,7 @@ static void clear(traffic *t, int plane)
             t->counts.blocks_cleared++;
             if (t->machine->fast_clear)
                 *state_of(t, name) = (block_state){true, 4};
-            else
+            else if (all)
                 write(t, &line);
         }
 }
