@@ -135,5 +135,7 @@ void unit_step(clock_state *clock, partition *partition, int stage);
 
 // Requests (unit.c): true: taken; else *when is when to ask again.
 bool clock_write(clock_state *clock, partition *partition, uint64_t address, uint32_t bytes, uint64_t *when);
+// Takes the second level's port. The cycle in which its answer is there.
+uint64_t clock_l2_move(clock_state *clock, partition *partition, uint32_t bytes);
 
 #endif

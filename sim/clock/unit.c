@@ -136,7 +136,7 @@ bool clock_write(clock_state *c, partition *p, uint64_t address, uint32_t bytes,
     return !bytes || channel_write(p->channel, c->now, address, bytes, when);
 }
 
-static uint64_t l2_done(clock_state *c, partition *p, uint32_t bytes)
+uint64_t clock_l2_move(clock_state *c, partition *p, uint32_t bytes)
 {
     const uint64_t share = (uint64_t)bytes * (uint64_t)c->partition_count * CYCLE_PARTS;
     const uint64_t rate = (uint64_t)c->machine->l2_bytes_per_clock;
@@ -158,7 +158,7 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
     uint64_t ready = c->now + 1;
     if (fill->bytes) {
         if (c->machine->l2_bytes)
-            ready = l2_done(c, p, fill->bytes);
+            ready = clock_l2_move(c, p, fill->bytes);
         if (!fill->on_chip)
             ready = later(ready, channel_read(p->channel, c->now, fill->address, fill->bytes) +
                                      (c->machine->l2_bytes ? (uint64_t)c->machine->l2_latency_cycles : 0));
@@ -195,7 +195,7 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     }
     if (u->step == STEP_SPILL) {
         if (line->spill.on_chip)
-            l2_done(c, p, line->spill.bytes);
+            clock_l2_move(c, p, line->spill.bytes);
         else if (!clock_write(c, p, line->spill.address, line->spill.bytes, &when))
             return wait_until(c, u, when, &s->unit_wait_memory);
         u->step = STEP_SPILL_EVICTED;

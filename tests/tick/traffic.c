@@ -381,12 +381,14 @@ static void touch(traffic *t, line *line, line_name name, access_unit unit, uint
     line->changed |= written;
 }
 
+// The line that came last leaves first.
 static void leave_region(traffic *t, uint32_t partition)
 {
     cache *store = &t->stores[partition];
-    for (uint32_t i = 0; i < store->count; i++)
-        write_back(t, &store->lines[i], is_color(t, store->lines[i].name.plane) ? ACCESS_COLOR : ACCESS_DEPTH);
-    store->count = 0;
+    for (; store->count; store->count--) {
+        line *line = &store->lines[store->count - 1];
+        write_back(t, line, is_color(t, line->name.plane) ? ACCESS_COLOR : ACCESS_DEPTH);
+    }
 }
 
 // ---- Passes --------------------------------------------------------------------------------------------
@@ -468,12 +470,13 @@ void traffic_end_pass(traffic *t)
 {
     if (t->pass.kind == PASS_CLEAR)
         clear(t, t->pass.plane);
-    for (uint32_t p = 0; p < (uint32_t)t->machine->partitions; p++) {
-        leave_region(t, p);
-        for (int u = ACCESS_DEPTH; u < ACCESS_UNITS; u++)
+    for (uint32_t p = 0; p < (uint32_t)t->machine->partitions; p++)
+        for (int u = ACCESS_DEPTH; u < ACCESS_UNITS; u++) {
             for (uint32_t i = 0; i < t->caches[p][u].sets * t->caches[p][u].ways; i++)
                 write_back(t, &t->caches[p][u].lines[i], (access_unit)u);
-    }
+            if (u == ACCESS_DEPTH)
+                leave_region(t, p);
+        }
 }
 
 void traffic_end_run(traffic *t)
