@@ -155,12 +155,12 @@ static void step_partition(clock_state *c, partition *p)
 
 static const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
 
-// Nothing can go on although work is left: says which queue is full.
+// Nothing can go on although work is left: says which queue is full, the last one: those before it wait for it.
 static status blocked(const clock_state *c)
 {
     for (int i = 0; i < c->partition_count; i++) {
         const partition *p = &c->partitions[i];
-        for (int s = 0; s < c->stage_count; s++) {
+        for (int s = c->stage_count - 1; s >= 0; s--) {
             const uint64_t arrived = s ? p->units[s - 1].started : p->pushed;
             if (p->units[s].started < arrived)
                 return report_error(c->report, STATUS_REFUSED,
@@ -278,8 +278,7 @@ status clock_flush(clock_state *c, uint32_t partition, access_unit cache, const 
     (void)cache;
     c->now = p->flush_time;
     if (transfer->bytes && transfer->on_chip)
-        p->l2_free = later(p->l2_free, c->now * CYCLE_PARTS) +
-                     ((uint64_t)transfer->bytes * (uint64_t)c->partition_count * CYCLE_PARTS) / (uint64_t)c->machine->l2_bytes_per_clock;
+        clock_l2_move(c, p, transfer->bytes);
     else
         while (!clock_write(c, p, transfer->address, transfer->bytes, &c->now))
             continue;
