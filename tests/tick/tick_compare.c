@@ -177,11 +177,15 @@ static void finish_run(both *b)
     }
 }
 
-bool tick_compare(const program *program, const machine *machine, trace *trace, const char *label, double tolerance,
-                  tick_measure *measure)
+bool tick_compare(const program *program, const machine *machine, trace *trace, uint64_t max_iterations, const char *label,
+                  double tolerance, tick_measure *measure)
 {
     both b = {.machine = machine, .label = label, .tolerance = tolerance, .measure = measure, .good = true};
-    const run_options options = {.threads = 1, .occlusion_ratio = -1.0, .keep_planes = true, .log_conditions = true};
+    const run_options options = {.threads = 1,
+                                 .max_iterations = max_iterations,
+                                 .occlusion_ratio = -1.0,
+                                 .keep_planes = true,
+                                 .log_conditions = true};
     run_result *function;
     arrival *arrival;
     if (replay_run(program, machine, trace, &options, &printing, &function) != STATUS_OK)
