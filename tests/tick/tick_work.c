@@ -6,11 +6,6 @@ static uint64_t taken(const machine *machine, uint64_t work, int64_t rate)
     return (work * (uint64_t)machine->partitions * TICK_ONE + (uint64_t)rate - 1) / (uint64_t)rate;
 }
 
-static uint64_t longer(uint64_t a, uint64_t b)
-{
-    return a > b ? a : b;
-}
-
 static uint64_t quads_in(const frame *frame, uint64_t lanes)
 {
     uint64_t quads = 0;

@@ -78,13 +78,13 @@ static void knot(void **state)
 static void sheets(void **state)
 {
     (void)state;
-    on_each_machine(tick_scene("scene:sheets,count=8,order=shuffled", 32, 4), "sheets of 4 samples");
+    on_each_machine(tick_scene("scene:sheets,count=8,order=shuffled", 16, 4), "sheets of 4 samples");
 }
 
 static void slices_cone(void **state)
 {
     (void)state;
-    on_each_machine(tick_scene("scene:slices_cone,slices=12,grid=4", 24, 4), "slices_cone of 4 samples");
+    on_each_machine(tick_scene("scene:slices_cone,slices=10,grid=4", 16, 4), "slices_cone of 4 samples");
 }
 
 int main(void)
