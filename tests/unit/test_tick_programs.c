@@ -28,6 +28,9 @@ static bool all_programs(const char *machine_name, trace *trace, const char *tra
     bool good = true;
     assert_int_equal(machine_load(machine_name, &printing, &machine), STATUS_OK);
     for (int p = 0; p < count; p++) {
+        // abuffer is programmable but for its lists.
+        if (strcmp(machine_name, "abuffer") == 0 && strcmp(names[p], "a_buffer") != 0)
+            continue;
         char label[TICK_LABEL_SIZE];
         program *program = tick_program(names[p]);
         snprintf(label, sizeof label, "%s, %.63s, %s", machine_name, names[p], trace_name);

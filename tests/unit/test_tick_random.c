@@ -11,7 +11,7 @@
 #include <string.h>
 #include <cmocka.h>
 
-enum { PROGRAM_MAX = 64, USUAL_COUNT = 100, PROGRAMS_A_MACHINE = 2, MAX_ITERATIONS = 2 };
+enum { PROGRAM_MAX = 64, USUAL_COUNT = 60, PROGRAMS_A_MACHINE = 2, MAX_ITERATIONS = 2 };
 
 static void random_machines(void **state)
 {
