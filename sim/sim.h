@@ -222,6 +222,11 @@ const char *aside_path(const aside *aside);
 status aside_finish(aside *aside);   // closes, renames and frees; on failure no file stays
 void aside_discard(aside *aside);    // frees it and leaves no file; NULL is fine
 
+// A library of ours that is opened when it is first needed, found beside the command, a folder above it (test programs lie
+// one deeper in a build folder), or in the installation's lib/ropsim. NULL, with the reason in `why`, if it is not there or
+// does not open. It is never closed: the loader keeps what is open, so calling this again is cheap.
+void *module_open(const char *name, char *why, size_t why_size);
+
 // Loads a program as a user names it: the stem of a file of programs/ or a path (of text or of words), then values
 // for its parameters: NAME[,PARAMETER=INTEGER...]. `path`: its file, for messages. Free with program_destroy.
 status program_load(const char *words, const report *report, char *path, size_t size, program **program);
@@ -422,26 +427,6 @@ status trace_tests_print(const trace_tests *tests, FILE *out);      // a line a 
 status trace_tests_print_tap(const trace_tests *tests, FILE *out);  // Test Anything Protocol 13
 status trace_tests_write_junit(const trace_tests *tests, const char *path, const report *report);
 status trace_tests_print_expectations(FILE *out);                   // what a test can expect, from the table
-
-// ---- Sweeps (sim/sweep) --------------------------------------------------------------------------------
-
-// Every combination of the traces, programs, machines and settings that a sweep file names, run once each into an SQLite
-// database: docs/sweep.md. What the machine refuses is an outcome, not an error.
-enum { SWEEP_JOBS_MAX = 256 };
-typedef struct sweep sweep;
-typedef struct sweep_totals { uint64_t combinations, there, done, refused, failed; } sweep_totals;
-typedef enum sweep_cost { SWEEP_COST_BYTES, SWEEP_COST_PASSES } sweep_cost;
-
-// Reads the file and what it names, records its scenes, opens or creates its database. `report` must outlive the sweep.
-status sweep_open(const char *path, const report *report, sweep **sweep);
-void sweep_close(sweep *sweep);  // NULL is fine
-// Runs what is not in the database, `jobs` at a time, each in a process of its own; the caller has no other thread running.
-// Whatever ends this process, what was done stays and the next call goes on.
-status sweep_run(sweep *sweep, int jobs, sweep_totals *totals);
-// What is there of this sweep, in the file's order.
-status sweep_print(sweep *sweep, FILE *out);                    // a Markdown table
-status sweep_write_csv(sweep *sweep, const char *path);         // all statistics
-status sweep_print_cheapest(sweep *sweep, sweep_cost cost, bool exact, FILE *out);  // one run a trace
 
 // ---- Results (sim/report) ------------------------------------------------------------------------------
 

@@ -11,6 +11,8 @@
 
 // Messages to stderr, progress to stderr when it is a terminal or when --progress was given.
 extern const report command_report;
+// From now on this process prints nothing; false if that cannot be had.
+bool command_silence(void);
 
 // One option of a sub-command. A table of them, ended by a row without a name, gives parser and --help.
 typedef struct command_option {

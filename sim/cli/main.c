@@ -17,9 +17,9 @@ static const command_row commands[] = {
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
-// What the progress line needs to remember between two calls.
+// What the progress line and messages need to remember between two calls.
 typedef struct progress_line {
-    bool wanted, visible;
+    bool wanted, visible, silent;
     struct timespec last;
 } progress_line;
 
@@ -33,7 +33,10 @@ static void erase_progress(progress_line *line)
 static void say(void *user, severity severity, const char *text)
 {
     static const char *const titles[] = {"error: ", "warning: ", ""};
-    erase_progress(user);
+    progress_line *line = user;
+    if (line->silent)
+        return;
+    erase_progress(line);
     fprintf(stderr, "ropsim: %s%s\n", titles[severity], text);
 }
 
@@ -59,6 +62,14 @@ static void show_progress(void *user, const char *what, uint64_t done, uint64_t 
 
 static progress_line progress;
 const report command_report = {.say = say, .progress = show_progress, .user = &progress};
+
+// Only ours: what libraries have to say on stderr stays.
+bool command_silence(void)
+{
+    progress.silent = true;
+    progress.wanted = false;
+    return freopen("/dev/null", "w", stdout) != NULL;
+}
 
 static void print_help(FILE *out)
 {

@@ -28,7 +28,7 @@ static uint64_t cost(const clock_state *c, uint64_t work, int rate)
 
 static uint64_t quad_count(const clock_state *c, uint64_t lanes)
 {
-    return (uint64_t)__builtin_popcountll(frame_quads(c->frame, lanes));
+    return count_lanes(frame_quads(c->frame, lanes));
 }
 
 static uint64_t color_cost(const clock_state *c, const plane_access *access)
@@ -71,6 +71,8 @@ static void charge_rop(const clock_state *c, const stamp *stamp, access_unit uni
 void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job)
 {
     job->tile = stamp->tile;
+    job->quads = stamp->quads;
+    job->measured = c->measured;
     job->touch_count = 0;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;

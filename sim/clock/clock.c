@@ -39,8 +39,9 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     c->report = report;
     c->partition_count = (int)machine->partitions;
     c->partitions = calloc((size_t)c->partition_count, sizeof *c->partitions);
-    c->front.read_ready = calloc(GEOMETRY_AHEAD + 1, sizeof *c->front.read_ready);
-    bool good = c->partitions && c->front.read_ready;
+    c->front.read_ready = calloc((size_t)machine->triangles_ahead + 1, sizeof *c->front.read_ready);
+    c->front.begun = calloc((size_t)machine->triangles_ahead, sizeof *c->front.begun);
+    bool good = c->partitions && c->front.read_ready && c->front.begun;
     for (int i = 0; good && i < c->partition_count; i++)
         good = (c->partitions[i].channel = channel_create(&timing)) && units_make(c, &c->partitions[i], slots);
     charge_init(c);
@@ -68,6 +69,7 @@ void clock_destroy(clock_state *c)
     request_log_abandon(c->log);
     free(c->partitions);
     free(c->front.read_ready);
+    free(c->front.begun);
     free(c);
 }
 
@@ -117,42 +119,48 @@ status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *stati
     c->statistics = statistics;
     c->now = c->last_fragment = c->drained;
     c->pass_start = c->drained;
+    c->measured = true;
+    c->done[0] = c->done[1] = c->drained;
     for (int i = 0; i < RESOURCE_COUNT; i++)
         c->bounds[i] = 0;
     order_stages(c);
     for (int i = 0; i < c->partition_count; i++) {
-        c->partitions[i].before = *channel_get_counts(c->partitions[i].channel);
+        c->partitions[i].before = c->partitions[i].settled = *channel_get_counts(c->partitions[i].channel);
         units_begin(c, &c->partitions[i]);
     }
     front_begin(c);
     return STATUS_OK;
 }
 
-// The unit whose step is next, downstream first among equals; false: none has one before the front.
-static bool earliest(const clock_state *c, int *partition, int *stage, uint64_t *when)
+// The partition whose step is next; NULL: none has one.
+static partition *earliest(const clock_state *c)
 {
-    *when = NEVER;
+    partition *found = NULL;
+    uint64_t when = NEVER;
     for (int i = 0; i < c->partition_count; i++) {
-        const unit *units = c->partitions[i].units;
-        for (int s = c->stage_count - 1; s >= 0; s--) {
-            if (units[s].when < *when) {
-                *when = units[s].when;
-                *partition = i;
-                *stage = s;
-            }
+        if (c->partitions[i].when < when) {
+            found = &c->partitions[i];
+            when = found->when;
         }
     }
-    return *when != NEVER;
+    return found;
+}
+
+static void step_partition(clock_state *c, partition *p)
+{
+    c->now = p->when;
+    unit_step(c, p, p->next_stage);
+    partition_next(c, p);
 }
 
 static const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
 
-// Nothing can go on although work is left: says which queue is full.
+// Nothing can go on although work is left: says which queue is full, the last one: those before it wait for it.
 static status blocked(const clock_state *c)
 {
     for (int i = 0; i < c->partition_count; i++) {
         const partition *p = &c->partitions[i];
-        for (int s = 0; s < c->stage_count; s++) {
+        for (int s = c->stage_count - 1; s >= 0; s--) {
             const uint64_t arrived = s ? p->units[s - 1].started : p->pushed;
             if (p->units[s].started < arrived)
                 return report_error(c->report, STATUS_REFUSED,
@@ -176,9 +184,29 @@ static bool reserve_touches(job *job, const stamp_lines *lines)
     return grown;
 }
 
+// Doubles the ring where the stamps on their way fill it.
+static bool reserve_job(const clock_state *c, partition *p)
+{
+    const uint64_t last = p->units[c->stage_count - 1].started, oldest = last ? last - 1 : 0;
+    if (p->pushed - oldest <= p->job_mask)
+        return true;
+    const uint64_t mask = 2 * p->job_mask + 1;
+    job *grown = calloc(mask + 1, sizeof *grown);
+    if (!grown)
+        return false;
+    for (uint64_t i = oldest; i <= oldest + p->job_mask; i++)  // those not on their way, too: their touches are kept
+        grown[i & mask] = p->jobs[i & p->job_mask];
+    free(p->jobs);
+    p->jobs = grown;
+    p->job_mask = mask;
+    return true;
+}
+
 static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
 {
     partition *p = &c->partitions[lines->partition];
+    if (!reserve_job(c, p))
+        return refuse_memory(c);
     job *job = &p->jobs[p->pushed & p->job_mask];
     if (!reserve_touches(job, lines))
         return refuse_memory(c);
@@ -186,22 +214,20 @@ static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
     job->ready = cycles_up(c->front.raster_free);
     p->pushed++;
     unit_next(c, p, 0);
+    partition_next(c, p);
     return STATUS_OK;
 }
 
 status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines, statistics *statistics)
 {
     c->statistics = statistics;
-    front_next(c, stamp, lines->partition);
+    front_next(c, stamp);
     for (;;) {
-        int partition = 0, stage = 0;
-        uint64_t when;
-        earliest(c, &partition, &stage, &when);
-        if (when == NEVER && c->front.when == NEVER)
+        partition *next = earliest(c);
+        if (!next && c->front.when == NEVER)
             return blocked(c);
-        if (when <= c->front.when) {
-            c->now = when;
-            unit_step(c, &c->partitions[partition], stage);
+        if (next && next->when <= c->front.when) {
+            step_partition(c, next);
             continue;
         }
         c->now = c->front.when;
@@ -210,20 +236,36 @@ status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines,
     }
 }
 
-status clock_end_stamps(clock_state *c, statistics *statistics)
+status clock_idle(clock_state *c, statistics *statistics)
 {
-    int partition = 0, stage = 0;
-    uint64_t when;
     c->statistics = statistics;
     c->front.when = NEVER;
-    while (earliest(c, &partition, &stage, &when)) {
-        c->now = when;
-        unit_step(c, &c->partitions[partition], stage);
-    }
+    for (partition *next; (next = earliest(c));)
+        step_partition(c, next);
     for (int i = 0; i < c->partition_count; i++)
         for (int s = 0; s < c->stage_count; s++)
             if (c->partitions[i].units[s].started != c->partitions[i].pushed)
                 return blocked(c);
+    return STATUS_OK;
+}
+
+void clock_measure(clock_state *c, bool measured)
+{
+    c->measured = measured;
+    c->done[measured] = c->done[!measured];
+}
+
+void clock_done(const clock_state *c, uint64_t *unmeasured, uint64_t *measured)
+{
+    *unmeasured = c->done[0];
+    *measured = c->done[1];
+}
+
+status clock_end_stamps(clock_state *c, statistics *statistics)
+{
+    const status status = clock_idle(c, statistics);
+    if (status != STATUS_OK)
+        return status;
     front_end(c);
     for (int i = 0; i < c->partition_count; i++)
         c->partitions[i].flush_time = c->last_fragment;
@@ -258,33 +300,49 @@ static uint64_t memory_cycles(const clock_state *c, uint64_t clocks)
     return clocks * (uint64_t)c->machine->core_mhz / (uint64_t)c->machine->memory_mhz;
 }
 
-static void count_unit(clock_state *c, const unit *u, statistics *s)
+// What statistics do not have yet of a unit's work.
+static void settle_unit(unit *u, statistics *s)
 {
-    const uint64_t busy = u->busy / CYCLE_PARTS, second = u->second_busy / CYCLE_PARTS;
+    const uint64_t busy = u->busy / CYCLE_PARTS - u->settled, second = u->second_busy / CYCLE_PARTS - u->second_settled;
+    u->settled += busy;
+    u->second_settled += second;
     switch (u->kind) {
     case UNIT_SHADER_STAGE:
         s->shader_busy += busy;
         s->texture_busy += second;
-        bound(c, RESOURCE_SHADER, busy);
-        bound(c, RESOURCE_TEXTURE, second);
         break;
-    case UNIT_DEPTH_STAGE: s->depth_busy += busy; bound(c, RESOURCE_DEPTH, busy); break;
-    case UNIT_COLOR_STAGE: s->color_busy += busy; bound(c, RESOURCE_COLOR, busy); break;
-    default: s->kernel_busy += busy; bound(c, RESOURCE_KERNEL, busy);
+    case UNIT_DEPTH_STAGE: s->depth_busy += busy; break;
+    case UNIT_COLOR_STAGE: s->color_busy += busy; break;
+    default: s->kernel_busy += busy;
     }
 }
 
-static void count_channel(clock_state *c, const partition *p, statistics *s)
+static void settle_channel(const clock_state *c, partition *p, statistics *s)
 {
-    const channel_counts *now = channel_get_counts(p->channel), *then = &p->before;
-    const uint64_t busy = memory_cycles(c, now->busy_clocks - then->busy_clocks);
-    s->memory_busy += busy;
+    const channel_counts *now = channel_get_counts(p->channel), *then = &p->settled;
+    s->memory_busy += memory_cycles(c, now->busy_clocks - p->before.busy_clocks) - memory_cycles(c, then->busy_clocks - p->before.busy_clocks);
     s->memory_reads += now->reads - then->reads;
     s->memory_writes += now->writes - then->writes;
     s->row_hits += now->row_hits - then->row_hits;
     s->row_misses += now->row_misses + now->row_empty - then->row_misses - then->row_empty;
     s->turnarounds += now->turnarounds - then->turnarounds;
-    bound(c, RESOURCE_MEMORY, busy);
+    p->settled = *now;
+}
+
+void clock_settle(clock_state *c, statistics *s)
+{
+    for (int i = 0; i < c->partition_count; i++) {
+        settle_channel(c, &c->partitions[i], s);
+        for (int k = 0; k < c->stage_count; k++)
+            settle_unit(&c->partitions[i].units[k], s);
+    }
+}
+
+static void bound_by_unit(clock_state *c, const unit *u)
+{
+    static const clock_resource resources[UNIT_KINDS] = {RESOURCE_SHADER, RESOURCE_DEPTH, RESOURCE_COLOR, RESOURCE_KERNEL};
+    bound(c, resources[u->kind], u->busy / CYCLE_PARTS);
+    bound(c, RESOURCE_TEXTURE, u->second_busy / CYCLE_PARTS);
 }
 
 // A clear that marks blocks takes its rate's time and nothing else.
@@ -316,10 +374,11 @@ status clock_end_pass(clock_state *c, statistics *s)
         const partition *p = &c->partitions[i];
         const uint64_t end = channel_drain(p->channel, later(p->flush_time, c->last_fragment));
         c->drained = later(c->drained, later(end, cycles_up(p->l2_free)));
-        count_channel(c, p, s);
+        bound(c, RESOURCE_MEMORY, memory_cycles(c, channel_get_counts(p->channel)->busy_clocks - p->before.busy_clocks));
         for (int k = 0; k < c->stage_count; k++)
-            count_unit(c, &p->units[k], s);
+            bound_by_unit(c, &p->units[k]);
     }
+    clock_settle(c, s);
     s->geometry_busy += c->bounds[RESOURCE_GEOMETRY];
     s->raster_busy += c->front.busy / CYCLE_PARTS;
     bound(c, RESOURCE_RASTER, c->front.busy / CYCLE_PARTS);

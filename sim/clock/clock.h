@@ -35,9 +35,10 @@ typedef struct stage_work {
 } stage_work;
 
 typedef struct job {
-    uint32_t tile;
+    uint32_t tile, quads;
     uint64_t ready;           // arrives at its next stage
     stage_work work[STAGES_MAX];
+    bool measured;
     uint64_t stream_address;
     uint32_t stream_read, stream_written;
     queued_touch *touches;
@@ -45,23 +46,26 @@ typedef struct job {
 } job;
 
 // An operation that another one on the same sample must wait for.
-typedef struct flight { uint32_t tile; uint64_t quads; uint64_t done; } flight;
+typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
 
 typedef struct unit {
     unit_kind kind;
     uint64_t when;            // of its next step; NEVER: waits for another unit
     uint64_t started;         // stamps begun in this pass
-    uint64_t window;          // stamps begun here and not begun in the next stage, at most
+    uint64_t quads_started;   // quads of those
+    uint64_t window;          // stamps, of the shader quads, begun here and not begun in the next stage, at most
     uint64_t port_free;       // cycle
     uint64_t operation_free, second_free;  // parts
     uint64_t *operations;     // of the last stage: when each of the last `window` began
+    uint64_t operation;       // where the next one is noted
     uint32_t touch;           // next touch of the stamp at hand, and
     uint32_t step;            // how far it got in that touch
     bool open;                // a stamp is at hand
     uint64_t data_ready, last_lookup;
     uint64_t blocked_at;      // when it found the next queue full; NEVER: it did not
     uint64_t done;            // of its last operation
-    uint64_t busy, second_busy;  // parts, in this pass
+    uint64_t busy, second_busy;  // parts, in this pass, of stamps that are measured
+    uint64_t settled, second_settled;  // cycles of those that statistics have
     flight *flights;          // a ring of `window` and more
     uint64_t flight_count, flight_mask;
     uint64_t *buckets;        // interlock by buckets: when the last operation there is done
@@ -70,18 +74,20 @@ typedef struct unit {
 typedef struct line_cache {
     uint64_t *ready, *last_use;  // of each slot
     uint64_t *misses;            // cache_misses_max places: when the fetch that has it is back
-    uint64_t miss_count;
+    uint64_t oldest_miss;        // the place taken longest ago
 } line_cache;
 
 typedef struct partition {
     channel *channel;
+    uint64_t when;            // the earliest step of its units, and
+    int next_stage;           // whose it is: the one nearest to the end of the pipeline
     line_cache caches[ACCESS_UNITS];
     unit units[STAGES_MAX];
     job *jobs;                // a ring
     uint64_t job_mask, pushed;
     uint64_t l2_free;         // parts
     uint64_t flush_time;
-    channel_counts before;    // at the pass's start
+    channel_counts before, settled;  // at the pass's start; what statistics have
 } partition;
 
 typedef struct front {
@@ -89,7 +95,12 @@ typedef struct front {
     uint64_t raster_free;     // parts
     uint64_t start;           // of the pass
     uint64_t geometry;        // parts that vertices and set-up take
+    uint64_t set_up;          // parts: when the last primitive was
+    uint64_t shared;          // parts of `geometry` that went to primitives so far
+    uint64_t *begun;          // when each of the last triangles_ahead primitives came to the rasterizer
+    bool begins;              // the stamp at hand begins one
     uint64_t primitive;       // of those that come: how many began
+    uint64_t asked;           // and for how many the lines were asked for
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
     uint64_t base;            // address of the lines that primitives wait for
     uint64_t blocked_at;
@@ -108,13 +119,13 @@ struct clock_state {
     divisor rates[8];         // charge.c
     uint64_t now;             // of the step being done
     uint64_t pass_start, drained, last_fragment;
+    bool measured;            // of stamps handed in now
+    uint64_t done[2];         // when the last stamp not measured, and measured, was done
     uint64_t bounds[RESOURCE_COUNT];
     request_log *log;
     statistics *statistics;
     bool stuck;
 };
-
-enum { GEOMETRY_AHEAD = 32 };  // primitives for which vertices are fetched ahead
 
 // What a stamp costs in each stage (charge.c).
 void charge_init(clock_state *clock);
@@ -122,7 +133,7 @@ void charge_stamp(const clock_state *clock, const stamp *stamp, const stamp_line
 
 // The front end (front.c). front_next: when it can hand the stamp on; front_step does it.
 void front_begin(clock_state *clock);
-void front_next(clock_state *clock, const stamp *stamp, uint32_t partition);
+void front_next(clock_state *clock, const stamp *stamp);
 bool front_step(clock_state *clock, const stamp *stamp, uint32_t partition);
 void front_end(clock_state *clock);
 
@@ -131,6 +142,7 @@ bool units_make(clock_state *clock, partition *partition, const uint32_t slots[A
 void units_free(partition *partition);
 void units_begin(clock_state *clock, partition *partition);
 void unit_next(clock_state *clock, partition *partition, int stage);   // sets unit.when
+void partition_next(const clock_state *clock, partition *partition);   // sets partition.when, after its units
 void unit_step(clock_state *clock, partition *partition, int stage);
 
 // Requests (unit.c): true: taken; else *when is when to ask again.

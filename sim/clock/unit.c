@@ -4,7 +4,7 @@
 // have begun here and not there (in the last stage: not begun their operation). Each lookup takes a cycle of the port; a miss
 // waits until fewer than cache_misses_max are pending and until whoever used the replaced line is done, writes the replaced
 // line back, asks for its own, and goes on: data are waited for by the operation alone. Operations are in order, each when its
-// lines are there, the unit is free and, by the interlock, no earlier one on the same quad is under way.
+// lines are there, the unit is free and, by the interlock, no earlier one on the same sample is under way.
 #include "clock.h"
 
 #include <stdlib.h>
@@ -36,8 +36,9 @@ static uint64_t power_above(uint64_t value)
 bool units_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS])
 {
     const machine *m = c->machine;
-    const uint64_t most = later(later((uint64_t)m->shader_queue, (uint64_t)m->depth_queue), (uint64_t)m->color_queue);
-    p->job_mask = power_above((uint64_t)(m->raster_queue + m->shader_queue + m->depth_queue + m->color_queue) + STAGES_MAX + 1) - 1;
+    const uint64_t most = later((uint64_t)m->depth_queue, (uint64_t)m->color_queue);
+    enum { JOBS_AT_FIRST = 16 };  // few are on their way as a rule: a small ring stays in the nearest cache
+    p->job_mask = JOBS_AT_FIRST - 1;
     p->jobs = calloc(p->job_mask + 1, sizeof *p->jobs);
     bool good = p->jobs;
     for (int s = 0; good && s < STAGES_MAX; s++) {
@@ -79,6 +80,7 @@ void units_free(partition *p)
 void units_begin(clock_state *c, partition *p)
 {
     p->pushed = 0;
+    p->when = NEVER;
     for (int s = 0; s < c->stage_count; s++) {
         unit *u = &p->units[s];
         const unit old = *u;
@@ -102,6 +104,17 @@ static uint64_t arrived(const clock_state *c, const partition *p, int stage)
     return stage ? p->units[stage - 1].started - p->units[stage - 1].open : p->pushed;
 }
 
+// Whether the stamp finds room behind those that are here and not yet in the next stage. The shader counts quads; a stamp
+// of more than it holds has it alone.
+static bool has_room(const partition *p, int stage)
+{
+    const unit *u = &p->units[stage], *next = &p->units[stage + 1];
+    if (u->kind != UNIT_SHADER_STAGE)
+        return u->started - next->started < u->window;
+    const uint64_t quads = u->quads_started - next->quads_started;
+    return !quads || quads + job_at(p, u->started)->quads <= u->window;
+}
+
 void unit_next(clock_state *c, partition *p, int stage)
 {
     unit *u = &p->units[stage];
@@ -112,12 +125,14 @@ void unit_next(clock_state *c, partition *p, int stage)
         return;
     uint64_t when = later(job_at(p, u->started)->ready, u->port_free);
     if (stage + 1 < c->stage_count) {
-        if (u->started - p->units[stage + 1].started >= u->window) {
+        if (!has_room(p, stage)) {
             u->blocked_at = u->blocked_at == NEVER ? later(when, c->now) : u->blocked_at;
             return;
         }
+    } else if (!u->window) {
+        return;  // no machine file has this; clock.c says so
     } else if (u->started >= u->window) {
-        const uint64_t room = u->operations[u->started % u->window];
+        const uint64_t room = u->operations[u->operation];
         if (room > when) {
             c->statistics->unit_wait_queue += room - when;
             when = room;
@@ -172,7 +187,7 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
 static uint64_t *first_back(const clock_state *c, line_cache *cache)
 {
     const uint64_t places = (uint64_t)c->machine->cache_misses_max;
-    uint64_t *first = &cache->misses[cache->miss_count % places];  // the oldest
+    uint64_t *first = &cache->misses[cache->oldest_miss];
     for (uint64_t i = 0; *first > c->now && i < places; i++)
         first = cache->misses[i] < *first ? &cache->misses[i] : first;
     return first;
@@ -186,6 +201,10 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     line_cache *cache = &p->caches[touch->cache];
     uint64_t *pending = line->fill.bytes ? first_back(c, cache) : NULL;
     uint64_t when;
+    if (!line->miss && !line->spill.bytes) {
+        u->data_ready = later(u->data_ready, cache->ready[line->slot]);
+        return true;
+    }
     if (u->step <= STEP_PENDING) {
         if (pending && *pending > c->now)
             return wait_until(c, u, *pending, &s->unit_wait_misses);
@@ -214,7 +233,7 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
         cache->ready[line->slot] = fill_ready(c, p, &line->fill);
         if (pending) {
             *pending = cache->ready[line->slot];
-            cache->miss_count++;
+            cache->oldest_miss = cache->oldest_miss + 1 == (uint64_t)c->machine->cache_misses_max ? 0 : cache->oldest_miss + 1;
         }
     }
     u->data_ready = later(u->data_ready, cache->ready[line->slot]);
@@ -241,12 +260,12 @@ static uint32_t bucket_of(const clock_state *c, uint32_t tile, int lane)
     return (uint32_t)((hash >> 32) % (uint64_t)c->machine->interlock_buckets);
 }
 
-// When earlier operations on the same quads are done.
-static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, uint64_t quads, uint64_t from)
+// When earlier operations on the same samples are done; by buckets, on quads of the same hash.
+static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, uint64_t lanes, uint64_t from)
 {
     uint64_t done = from;
     if (c->machine->interlock == INTERLOCK_BUCKETS) {
-        for (uint64_t left = quads; left; left &= left - 1)
+        for (uint64_t left = frame_quads(c->frame, lanes); left; left &= left - 1)
             done = later(done, u->buckets[bucket_of(c, tile, __builtin_ctzll(left))]);
     } else if (c->machine->interlock == INTERLOCK_EXACT) {
         // Done in order: the first one met that is done by then ends the search.
@@ -254,7 +273,7 @@ static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, 
             const flight *flight = &u->flights[(i - 1) & u->flight_mask];
             if (flight->done <= from)
                 break;
-            if (flight->tile == tile && (flight->quads & quads)) {
+            if (flight->tile == tile && (flight->lanes & lanes)) {
                 done = flight->done;
                 break;
             }
@@ -263,11 +282,11 @@ static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, 
     return done;
 }
 
-static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t quads, uint64_t done)
+static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t lanes, uint64_t done)
 {
-    u->flights[u->flight_count++ & u->flight_mask] = (flight){tile, quads, done};
+    u->flights[u->flight_count++ & u->flight_mask] = (flight){tile, lanes, done};
     if (c->machine->interlock == INTERLOCK_BUCKETS)
-        for (uint64_t left = quads; left; left &= left - 1)
+        for (uint64_t left = frame_quads(c->frame, lanes); left; left &= left - 1)
             u->buckets[bucket_of(c, tile, __builtin_ctzll(left))] = done;
 }
 
@@ -286,9 +305,9 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     }
     // A stamp that leaves the unit nothing to do neither waits nor keeps others waiting. So flights are done in order.
     const bool works = work->cost || work->second_cost || work->touch_count;
-    const uint64_t quads = rop && works ? frame_quads(c->frame, work->lanes) : 0;
-    if (quads) {
-        const uint64_t free = interlocked(c, u, job->tile, quads, begin / CYCLE_PARTS);
+    const uint64_t lanes = rop && works ? work->lanes : 0;
+    if (lanes) {
+        const uint64_t free = interlocked(c, u, job->tile, lanes, begin / CYCLE_PARTS);
         if (free * CYCLE_PARTS > begin) {
             s->unit_wait_interlock += free - begin / CYCLE_PARTS;
             begin = free * CYCLE_PARTS;
@@ -297,19 +316,23 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     const uint64_t end = begin + later(work->cost, work->second_cost);
     u->operation_free = begin + work->cost;
     u->second_free = work->second_cost ? begin + work->second_cost : u->second_free;
-    u->busy += work->cost;
-    u->second_busy += work->second_cost;
+    u->busy += job->measured ? work->cost : 0;
+    u->second_busy += job->measured ? work->second_cost : 0;
     const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
-    u->operations[u->started % u->window] = begin / CYCLE_PARTS;
+    if (stage == c->stage_count - 1) {
+        u->operations[u->operation] = begin / CYCLE_PARTS;
+        u->operation = u->operation + 1 == u->window ? 0 : u->operation + 1;
+    }
     u->done = later(u->done, cycles_up(end) + latency);
     job->ready = cycles_up(end) + latency;
-    if (quads)
-        note_flight(c, u, job->tile, quads, job->ready);
+    if (lanes)
+        note_flight(c, u, job->tile, lanes, job->ready);
     for (uint32_t i = 0; i < work->touch_count; i++) {
         const queued_touch *touch = &job->touches[work->first_touch + i];
         p->caches[touch->cache].last_use[touch->line.slot] = cycles_up(end);
     }
     c->last_fragment = later(c->last_fragment, job->ready);
+    c->done[job->measured] = later(c->done[job->measured], job->ready);
 }
 
 // Begins the stamp: the room that it had in the queue before is free.
@@ -318,6 +341,7 @@ static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
     u->open = true;
     u->touch = 0;
     u->data_ready = 0;
+    u->quads_started += job_at(p, u->started)->quads;
     u->started++;
     const bool lists = u->kind == UNIT_KERNEL_STAGE || (stage == c->stage_count - 1 && u->kind == UNIT_COLOR_STAGE);
     u->step = lists ? STEP_STREAM : STEP_PENDING;
@@ -346,12 +370,21 @@ void unit_step(clock_state *c, partition *p, int stage)
             return;
         }
     }
-    u->started--;  // its own number, for the ring of operations
     operate(c, p, u, stage, job);
-    u->started++;
     u->open = false;
     u->port_free = c->now + 1;
     unit_next(c, p, stage);
     if (stage + 1 < c->stage_count)
         unit_next(c, p, stage + 1);
+}
+
+void partition_next(const clock_state *c, partition *p)
+{
+    p->when = NEVER;
+    for (int s = c->stage_count - 1; s >= 0; s--) {
+        if (p->units[s].when < p->when) {
+            p->when = p->units[s].when;
+            p->next_stage = s;
+        }
+    }
 }

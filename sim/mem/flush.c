@@ -97,6 +97,10 @@ status memory_check(const memory *m, const statistics *s, const report *report)
         return differ(m, "fragments and their verdicts", s->fragments, verdicts);
     if (writebacks != s->lines_dirtied)
         return differ(m, "lines changed and written back", s->lines_dirtied, writebacks);
+    if (m->geometry_read + m->geometry_written != s->geometry_bytes)
+        return differ(m, "bytes of geometry", s->geometry_bytes, m->geometry_read + m->geometry_written);
+    if (m->stream_read + m->stream_written != s->list_bytes)
+        return differ(m, "bytes of lists", s->list_bytes, m->stream_read + m->stream_written);
     if (read + m->stream_read + m->geometry_read != s->memory_bytes_read)
         return differ(m, "bytes read from memory, by plane", s->memory_bytes_read, read + m->stream_read + m->geometry_read);
     if (written + m->stream_written + m->geometry_written != s->memory_bytes_written)

@@ -233,8 +233,8 @@ static void touch_plane(memory *m, const stamp *stamp, const plane_access *acces
 
 static void count_fragments(const memory *m, const stamp *stamp, statistics *s)
 {
-    const uint64_t covered = (uint64_t)__builtin_popcountll(stamp->lanes), shaded = (uint64_t)__builtin_popcountll(stamp->shaded);
-    const uint64_t alive = (uint64_t)__builtin_popcountll(stamp->alive), passed = (uint64_t)__builtin_popcountll(stamp->passed);
+    const uint64_t covered = count_lanes(stamp->lanes), shaded = count_lanes(stamp->shaded);
+    const uint64_t alive = count_lanes(stamp->alive), passed = count_lanes(stamp->passed);
     s->stamps++;
     s->fragments += covered;
     s->quads += stamp->quads;
@@ -281,4 +281,16 @@ const stamp_lines *memory_stamp(memory *m, const stamp *stamp, statistics *s)
         touch_plane(m, stamp, &stamp->accesses[i], s);
     stream(m, stamp, s);
     return &m->out;
+}
+
+// Sampling: caches see what was executed, several stamps of a block as one, and nobody counts it.
+void memory_skip(memory *m, const stamp *stamp)
+{
+    statistics ignored = {0};
+    m->out.partition = m->partition_of[stamp->tile];
+    memset(m->out.counts, 0, sizeof m->out.counts);
+    if (m->regions)
+        region_enter(m, stamp->tile, &ignored, &m->out.counts[ACCESS_DEPTH]);
+    for (int i = 0; i < stamp->access_count; i++)
+        touch_plane(m, stamp, &stamp->accesses[i], &ignored);
 }

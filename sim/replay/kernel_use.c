@@ -25,6 +25,7 @@ static void find_tests(const pass_decl *pass, kernel_use *use)
     if (!tests_depth(pass) || !keeps_stencil_on_failure(pass))
         return;
     use->depth_plane = pass->depth_plane;
+    use->depth_write = pass->depth_write;
     use->depth_function = pass->depth_function;
     use->hierarchical = pass->depth_function != COMPARE_notequal;
     use->early = !discards || !writes;
@@ -70,22 +71,34 @@ static void find_accesses(const bound_program *bound, const instruction *code, i
     }
 }
 
-// Operations of the fragment shader: its own, what the pass adds, and the shading of the colour that the trace holds.
-static uint32_t shader_operations(const bound_program *bound, const kernel_decl *kernel, int k, const instruction *code,
-                                  int count, const machine *machine)
+static void note_source(operand_kind kind, uint8_t source, format machine_depth, kernel_use *use)
 {
-    uint32_t operations = 0;
-    bool color = false;
+    if (kind != OPERAND_SRC && kind != OPERAND_CSRC && kind != OPERAND_ASRC)
+        return;
+    use->color |= source == SOURCE_FRAGMENT_COLOR || source == SOURCE_FRAGMENT_PREMUL;
+    use->primitive |= source == SOURCE_PRIMITIVE;
+    if (source >= SOURCE_DEPTH && source < SOURCE_CONSTANT)
+        use->depth_formats |= 1u << (source == SOURCE_DEPTH ? (int)machine_depth : source - SOURCE_DEPTH_FORMAT);
+}
+
+static void find_sources(const instruction *code, int count, format machine_depth, kernel_use *use)
+{
     for (int i = 0; i < count; i++) {
-        const opcode_row *row = &opcode_table[code[i].op];
-        const pass_stage stage = kernel->is_pass ? bound_stage(bound, k, i) : STAGE_KERNEL;
-        operations += stage == STAGE_SHADER || stage == STAGE_KEEP || stage == STAGE_CLIP ? (uint32_t)row->cycles : 0;
-        const bool reads_a = row->a == OPERAND_SRC || row->a == OPERAND_CSRC || row->a == OPERAND_ASRC;
-        const bool reads_b = row->b == OPERAND_SRC || row->b == OPERAND_CSRC || row->b == OPERAND_ASRC;
-        color |= reads_a && (code[i].a == SOURCE_FRAGMENT_COLOR || code[i].a == SOURCE_FRAGMENT_PREMUL);
-        color |= reads_b && (code[i].b == SOURCE_FRAGMENT_COLOR || code[i].b == SOURCE_FRAGMENT_PREMUL);
+        note_source(opcode_table[code[i].op].a, code[i].a, machine_depth, use);
+        note_source(opcode_table[code[i].op].b, code[i].b, machine_depth, use);
     }
-    return operations + (color ? (uint32_t)machine->shader_operations_per_fragment : 0);
+}
+
+// Operations of the fragment shader: its own, what the pass adds, and the shading of the colour that the trace holds.
+static uint32_t shader_operations(const bound_program *bound, int k, const instruction *code, int count, bool is_pass,
+                                  const kernel_use *use, const machine *machine)
+{
+    uint32_t operations = use->color ? (uint32_t)machine->shader_operations_per_fragment : 0;
+    for (int i = 0; is_pass && i < count; i++) {
+        const pass_stage stage = bound_stage(bound, k, i);
+        operations += stage == STAGE_SHADER || stage == STAGE_KEEP || stage == STAGE_CLIP ? (uint32_t)opcode_table[code[i].op].cycles : 0;
+    }
+    return operations;
 }
 
 status kernel_use_find(const program *program, const bound_program *bound, const machine *machine, const report *report,
@@ -107,7 +120,8 @@ status kernel_use_find(const program *program, const bound_program *bound, const
             find_verdicts(bound, k, code, count, use);
             find_tests(&kernel->pass, use);
         }
-        use->shader_operations = shader_operations(bound, kernel, k, code, count, machine);
+        find_sources(code, count, machine->depth_format, use);
+        use->shader_operations = shader_operations(bound, k, code, count, kernel->is_pass, use, machine);
     }
     return STATUS_OK;
 }

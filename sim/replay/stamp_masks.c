@@ -10,7 +10,7 @@ uint32_t quads_of(const tiling *t, uint64_t lanes)
         lanes |= lanes >> step;
     lanes |= lanes >> t->samples;
     lanes |= lanes >> (t->samples << t->shift_x);
-    return (uint32_t)__builtin_popcountll(lanes & t->quad_corners);
+    return count_lanes(lanes & t->quad_corners);
 }
 
 static bool holds(compare_function function, uint32_t fragment, uint32_t stored)
@@ -37,24 +37,26 @@ uint64_t depth_test_lanes(compare_function function, const uint32_t *codes, cons
     return found;
 }
 
-bool depth_range_fails(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes)
+// Codes of depth stay below 2^31, so that signed compares do, which every processor has as vectors.
+depth_range depth_range_of(const uint32_t *codes, uint32_t count)
 {
-    uint32_t least = UINT32_MAX, most = 0, block_least = UINT32_MAX, block_most = 0;
-    for (uint64_t left = lanes; left; left &= left - 1) {
-        const uint32_t code = codes[__builtin_ctzll(left)];
+    int32_t least = INT32_MAX, most = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const int32_t code = (int32_t)codes[i];
         least = code < least ? code : least;
         most = code > most ? code : most;
     }
-    for (int lane = 0; lane < TILE_LANES; lane++) {
-        block_least = plane[lane] < block_least ? plane[lane] : block_least;
-        block_most = plane[lane] > block_most ? plane[lane] : block_most;
-    }
+    return (depth_range){(uint32_t)least, (uint32_t)most};
+}
+
+bool depth_range_fails(compare_function function, depth_range fragments, depth_range block)
+{
     switch (function) {
-    case COMPARE_less: return least >= block_most;
-    case COMPARE_lequal: return least > block_most;
-    case COMPARE_greater: return most <= block_least;
-    case COMPARE_gequal: return most < block_least;
-    case COMPARE_equal: return least > block_most || most < block_least;
+    case COMPARE_less: return fragments.least >= block.most;
+    case COMPARE_lequal: return fragments.least > block.most;
+    case COMPARE_greater: return fragments.most <= block.least;
+    case COMPARE_gequal: return fragments.most < block.least;
+    case COMPARE_equal: return fragments.least > block.most || fragments.most < block.least;
     case COMPARE_never: return true;
     default: return false;
     }

@@ -11,28 +11,25 @@ uint32_t *arrival_plane(const arrival *a, int storage, uint32_t tile)
     return base + a->plan.plane_offset[storage];
 }
 
-// The fragments of a stamp as lanes; a full block is used where it lies.
-static void spread(arrival *a, const stamp_chunk *chunk, const stamp_record *record, batch *batch)
+// The fragments of a stamp as lanes, of the columns that the kernel looks at; a full block is used where it lies.
+static void spread(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record, batch *batch)
 {
     uint32_t *next = a->lanes_of_columns;
     const bool full = record->lanes == UINT64_MAX;
-    for (int f = 0; f < FORMAT_COUNT; f++) {
-        if (!chunk->codes[f])
-            continue;
+    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, next += TILE_LANES) {
+        const int f = __builtin_ctz(formats);
         const uint32_t *dense = chunk->codes[f] + record->offset;
         if (!full)
             expand_lanes(next, dense, record->lanes);
         batch->depth[f] = full ? dense : next;
-        next += TILE_LANES;
     }
-    for (int c = 0; chunk->rgba[0] && c < 4; c++) {
+    for (int c = 0; use->color && c < 4; c++, next += TILE_LANES) {
         const float *dense = chunk->rgba[c] + record->offset;
         if (!full)
             expand_lanes(next, dense, record->lanes);
         batch->rgba[c] = full ? dense : (const float *)(const void *)next;
-        next += TILE_LANES;
     }
-    for (int lane = 0; lane < TILE_LANES; lane++)
+    for (int lane = 0; use->primitive && lane < TILE_LANES; lane++)
         next[lane] = record->primitive;
     batch->primitive = next;
 }
@@ -81,46 +78,97 @@ static void describe(arrival *a, int kernel, const kernel_use *use, stamp *stamp
     const uint64_t lanes = stamp->lanes;
     stamp->alive = use->alive_at < 0 ? lanes : a->log[use->alive_at].outcome & lanes;
     stamp->passed = use->passed_at < 0 ? stamp->alive : a->log[use->passed_at].outcome & lanes;
-    if (stamp->hierarchical)
-        stamp->shaded = 0;
-    else if (a->options.early && use->early && !use->early_directly)
+    if (a->options.early && use->early && !use->early_directly)
         stamp->shaded = stamp->passed;
     stamp->alive &= stamp->shaded;
-    stamp->quads = quads_of(&a->tiling, lanes);
     stamp->quads_shaded = stamp->shaded == lanes ? stamp->quads : quads_of(&a->tiling, stamp->shaded);
     stamp->quads_passed = stamp->passed == stamp->shaded ? stamp->quads_shaded : quads_of(&a->tiling, stamp->passed);
     stamp->texture_reads = stamp->quads_shaded * (uint32_t)use->texture_planes;
     stamp->kernel_slots = use->free_kernel ? count_slots(a, kernel, use, lanes) : 0;
-    if (stamp->hierarchical)
-        return;
     describe_accesses(a, use, stamp);
     if (a->options.early && use->early_directly && use->early)  // which reads depth for what the shader discards later, too
         add_access(a, stamp, a->plane_at[use->depth_plane], ACCESS_DEPTH, lanes, 0);
+}
+
+bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record)
+{
+    const format format = use->depth_plane >= 0 ? bound_plane_format(a->bound, use->depth_plane) : a->machine->depth_format;
+    block_range *block = &a->ranges[record->tile];
+    if (!a->options.hierarchical || !use->hierarchical)
+        return false;
+    if (block->pass != a->passes_begun)
+        *block = (block_range){a->passes_begun, depth_range_of(arrival_plane(a, a->plane_at[use->depth_plane], record->tile), TILE_LANES)};
+    const depth_range known = {record->nearest, record->farthest};
+    const depth_range range = format == a->machine->depth_format ? known
+                              : depth_range_of(chunk->codes[format] + record->offset, count_lanes(record->lanes));
+    return depth_range_fails(use->depth_function, range, block->range);
 }
 
 void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
                    uint64_t lanes, stamp *stamp)
 {
     const kernel_use *use = &a->uses[kernel];
+    const bool tests = record && use->depth_plane >= 0;
     tile_plane planes[PLANE_MAX];
     batch batch = {.lanes = lanes, .log = a->log};
-    for (int i = 0; i < a->program->plane_count; i++)
-        planes[i] = arrival_plane(a, a->plane_at[i], tile);
-    if (record)
-        spread(a, chunk, record, &batch);
     stamp->tile = tile;
     stamp->lanes = stamp->shaded = lanes;
     stamp->draw = record ? record->draw : UINT32_MAX;
     stamp->accesses = a->accesses;
-    if (record && use->depth_plane >= 0) {
-        const uint32_t *codes = batch.depth[bound_plane_format(a->bound, use->depth_plane)];
-        const uint32_t *plane = planes[use->depth_plane];
-        stamp->hierarchical = a->options.hierarchical && use->hierarchical && depth_range_fails(use->depth_function, codes, plane, lanes);
-        if (a->options.early && use->early && use->early_directly && !stamp->hierarchical)
-            stamp->shaded = depth_test_lanes(use->depth_function, codes, plane, lanes);
+    stamp->quads = quads_of(&a->tiling, lanes);
+    if (record && stamp_discarded(a, use, chunk, record)) {
+        stamp->hierarchical = true;
+        stamp->shaded = 0;
+        return;
     }
+    for (int i = 0; i < a->program->plane_count; i++)
+        planes[i] = arrival_plane(a, a->plane_at[i], tile);
+    if (record)
+        spread(a, use, chunk, record, &batch);
+    if (tests && a->options.early && use->early && use->early_directly)
+        stamp->shaded = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
+                                         planes[use->depth_plane], lanes);
     a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    if (use->depth_write)
+        a->ranges[tile].pass = 0;  // it may be another now
     describe(a, kernel, use, stamp);
+}
+
+// The columns of several stamps, over lanes of their own.
+static void spread_merged(arrival *a, const kernel_use *use, uint32_t first, batch *batch)
+{
+    uint32_t *next = a->lanes_of_columns;
+    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, next += TILE_LANES)
+        batch->depth[__builtin_ctz(formats)] = next;
+    for (int c = 0; use->color && c < 4; c++, next += TILE_LANES)
+        batch->rgba[c] = (const float *)(const void *)next;
+    batch->primitive = next;
+    for (uint32_t i = first; i != UINT32_MAX; i = a->skipped[i].next) {
+        const stamp_chunk *chunk = &a->stamps.chunks[a->skipped[i].chunk];
+        const stamp_record *record = &chunk->records[a->skipped[i].record];
+        uint32_t *to = a->lanes_of_columns;
+        for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, to += TILE_LANES)
+            expand_lanes(to, chunk->codes[__builtin_ctz(formats)] + record->offset, record->lanes);
+        for (int c = 0; use->color && c < 4; c++, to += TILE_LANES)
+            expand_lanes(to, chunk->rgba[c] + record->offset, record->lanes);
+        for (uint64_t left = use->primitive ? record->lanes : 0; left; left &= left - 1)
+            to[__builtin_ctzll(left)] = record->primitive;
+    }
+}
+
+void stamp_execute_merged(arrival *a, int kernel, uint32_t first, uint32_t tile, uint64_t lanes, stamp *stamp)
+{
+    const kernel_use *use = &a->uses[kernel];
+    tile_plane planes[PLANE_MAX];
+    batch batch = {.lanes = lanes, .log = a->log};
+    for (int i = 0; i < a->program->plane_count; i++)
+        planes[i] = arrival_plane(a, a->plane_at[i], tile);
+    spread_merged(a, use, first, &batch);
+    a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    if (use->depth_write)
+        a->ranges[tile].pass = 0;
+    *stamp = (struct stamp){.tile = tile, .lanes = lanes, .shaded = lanes, .draw = UINT32_MAX, .accesses = a->accesses};
+    describe_accesses(a, use, stamp);
 }
 
 void stamp_cut(arrival *a, uint64_t lanes, stamp *stamp)

@@ -21,12 +21,19 @@ static void print_share(FILE *out, const char *before, const char *name, double 
         fprintf(out, "%s%s -", before, name);
 }
 
+static void print_bytes(FILE *out, const char *before, uint64_t bytes, const char *after)
+{
+    if (bytes < 1000000)
+        fprintf(out, "%s%" PRIu64 " bytes %s", before, bytes, after);
+    else
+        fprintf(out, "%s%.3f MB %s", before, (double)bytes / 1e6, after);
+}
+
 static void print_memory(const detail_result *detail, FILE *out)
 {
-    const statistics *total = &detail->total;
     const double bytes_per_fragment = derived(detail, DERIVED_INDEX_bytes_per_fragment);
-    fprintf(out, "  memory              %.3f MB read, %.3f MB written", (double)total->memory_bytes_read / 1e6,
-            (double)total->memory_bytes_written / 1e6);
+    print_bytes(out, "  memory              ", detail->total.memory_bytes_read, "read");
+    print_bytes(out, ", ", detail->total.memory_bytes_written, "written");
     if (isfinite(bytes_per_fragment))
         fprintf(out, ", %.2f bytes a fragment", bytes_per_fragment);
     fputs("\n  hit rates           ", out);
@@ -97,7 +104,7 @@ status detail_print(const detail_result *detail, FILE *out)
     fprintf(out, "\n%s on %s, %" PRIu64 " passes\n", detail_level_names[detail->level], detail->machine.name,
             detail->pass_count);
     print_memory(detail, out);
-    if (detail->level == DETAIL_CYCLE) {
+    if (detail->level >= DETAIL_CYCLE) {
         print_time(detail, out);
         print_bounds(detail, out);
         print_stalls(detail, out);

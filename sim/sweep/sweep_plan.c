@@ -100,14 +100,16 @@ static status build_variant(sweep *sweep, const machine *base, uint32_t settings
 static status build_variants(sweep *sweep)
 {
     const sweep_list *list = &sweep->file.lists[KEY_machines];
-    const uint64_t others = sweep->program_count * (uint64_t)sweep->file.lists[KEY_traces].count;
+    const uint64_t others =
+        sweep->program_count * (uint64_t)sweep->file.lists[KEY_traces].count * (uint64_t)sweep->file.detail_count;
     uint64_t product = 1;
     for (int i = 0; i < sweep->file.setting_count && product <= SWEEP_RUNS_MAX; i++)
         product *= (uint64_t)sweep->file.settings[i].values.count;
     if (product > SWEEP_RUNS_MAX || product * (uint64_t)list->count > SWEEP_RUNS_MAX / others)
-        return report_error(sweep->report, STATUS_REFUSED,
-                            "%s: traces x programs x machines x settings are more than %d runs; set fewer values",
-                            sweep->file.path, SWEEP_RUNS_MAX);
+        return report_error(
+            sweep->report, STATUS_REFUSED,
+            "%s: traces x programs x machines x settings x levels of detail are more than %d runs; set fewer values",
+            sweep->file.path, SWEEP_RUNS_MAX);
     sweep->variants = calloc(product * (uint64_t)list->count, sizeof *sweep->variants);
     if (!sweep->variants)
         return refuse_memory(sweep);
@@ -127,46 +129,30 @@ static status build_variants(sweep *sweep)
     return status;
 }
 
-// Recorded anew each time, since a mesh may have changed; the same scene gives the same hash.
-static status record_line(sweep *sweep, const sweep_word *word, char **path)
+static bool is_recorded(const sweep_word *word)
 {
+    return strncmp(word->text, "record ", 7) == 0;
+}
+
+// Where the trace lies, or will lie once it is recorded.
+static status find_trace(sweep *sweep, const sweep_word *word, sweep_trace *trace)
+{
+    trace->label = word->text;
+    if (!is_recorded(word)) {
+        trace->path = sweep_path(&sweep->file, word->text);
+        return trace->path ? STATUS_OK : refuse_memory(sweep);
+    }
     char *database = sweep_path(&sweep->file, sweep->file.lists[KEY_results].words[0].text);
     const size_t size = database ? strlen(database) + 64 : 0;
-    status status = STATUS_OK;
-    *path = database ? malloc(size) : NULL;
-    if (!*path) {
-        free(database);
-        return refuse_memory(sweep);
-    }
-    snprintf(*path, size, "%s.traces", database);
-    if (mkdir(*path, 0777) != 0 && errno != EEXIST)
-        status = report_error(sweep->report, STATUS_IO, "%s: cannot be made: %s", *path, strerror(errno));
-    snprintf(*path, size, "%s.traces/%016llx.ropt", database,
-             (unsigned long long)XXH3_64bits(word->text, strlen(word->text)));
+    trace->path = database ? malloc(size) : NULL;
+    if (trace->path)
+        snprintf(trace->path, size, "%s.traces/%016llx.ropt", database,
+                 (unsigned long long)XXH3_64bits(word->text, strlen(word->text)));
     free(database);
-    return status == STATUS_OK ? sweep_record(&sweep->file, word, *path, sweep->report) : status;
+    return trace->path ? STATUS_OK : refuse_memory(sweep);
 }
 
-static status load_trace(sweep *sweep, const sweep_word *word, sweep_trace *loaded)
-{
-    sweep_place place;
-    trace *trace = NULL;
-    status status = STATUS_OK;
-    sweep_place_start(&place, sweep->report, sweep->file.path, word);
-    loaded->label = word->text;
-    if (strncmp(word->text, "record ", 7) == 0)
-        status = record_line(sweep, word, &loaded->path);
-    else if (!(loaded->path = sweep_path(&sweep->file, word->text)))
-        status = refuse_memory(sweep);
-    if (status == STATUS_OK)
-        status = trace_open(loaded->path, &place.report, &trace);
-    if (status == STATUS_OK)
-        memcpy(loaded->hash, trace_get_info(trace)->hash, sizeof loaded->hash);
-    trace_close(trace);
-    return status;
-}
-
-static status load_traces(sweep *sweep)
+static status find_traces(sweep *sweep)
 {
     const sweep_list *list = &sweep->file.lists[KEY_traces];
     status status = STATUS_OK;
@@ -175,8 +161,49 @@ static status load_traces(sweep *sweep)
         return refuse_memory(sweep);
     for (int i = 0; status == STATUS_OK && i < list->count; i++) {
         sweep->trace_count++;
-        status = load_trace(sweep, &list->words[i], &sweep->traces[i]);
+        status = find_trace(sweep, &list->words[i], &sweep->traces[i]);
     }
+    return status;
+}
+
+// Recorded anew each time, since a mesh may have changed; the same scene gives the same hash.
+static status record_trace(sweep *sweep, const sweep_word *word, char *path)
+{
+    char *slash = strrchr(path, '/');
+    status status = STATUS_OK;
+    *slash = 0;
+    if (mkdir(path, 0777) != 0 && errno != EEXIST)
+        status = report_error(sweep->report, STATUS_IO, "%s: cannot be made: %s", path, strerror(errno));
+    *slash = '/';
+    return status == STATUS_OK ? sweep_record(&sweep->file, word, path, sweep->report) : status;
+}
+
+static void keep_info(sweep_trace *loaded, const trace_info *info)
+{
+    const double samples = (double)info->width * info->height * info->samples, fragments = (double)info->fragment_count;
+    memcpy(loaded->hash, info->hash, sizeof loaded->hash);
+    loaded->work = (samples + fragments) * (1 + fragments / samples);
+}
+
+static status load_trace(sweep *sweep, const sweep_word *word, sweep_trace *loaded)
+{
+    sweep_place place;
+    trace *trace = NULL;
+    status status = is_recorded(word) ? record_trace(sweep, word, loaded->path) : STATUS_OK;
+    sweep_place_start(&place, sweep->report, sweep->file.path, word);
+    if (status == STATUS_OK)
+        status = trace_open(loaded->path, &place.report, &trace);
+    if (status == STATUS_OK)
+        keep_info(loaded, trace_get_info(trace));
+    trace_close(trace);
+    return status;
+}
+
+static status load_traces(sweep *sweep)
+{
+    status status = STATUS_OK;
+    for (uint64_t i = 0; status == STATUS_OK && i < sweep->trace_count; i++)
+        status = load_trace(sweep, &sweep->file.lists[KEY_traces].words[i], &sweep->traces[i]);
     return status;
 }
 
@@ -190,7 +217,7 @@ static status open_store(sweep *sweep)
     return status;
 }
 
-status sweep_open(const char *path, const report *report, sweep **sweep)
+status sweep_open_plan(const char *path, const report *report, sweep **sweep)
 {
     *sweep = NULL;
     struct sweep *new = calloc(1, sizeof *new);
@@ -203,13 +230,25 @@ status sweep_open(const char *path, const report *report, sweep **sweep)
     if (status == STATUS_OK)
         status = build_variants(new);
     if (status == STATUS_OK)
-        status = open_store(new);
-    if (status == STATUS_OK)
-        status = load_traces(new);
+        status = find_traces(new);
     if (status == STATUS_OK)
         *sweep = new;
     else
         sweep_close(new);
+    return status;
+}
+
+status sweep_open(const char *path, const report *report, sweep **sweep)
+{
+    status status = sweep_open_plan(path, report, sweep);
+    if (status == STATUS_OK)
+        status = open_store(*sweep);
+    if (status == STATUS_OK)
+        status = load_traces(*sweep);
+    if (status != STATUS_OK) {
+        sweep_close(*sweep);
+        *sweep = NULL;
+    }
     return status;
 }
 
@@ -233,15 +272,17 @@ void sweep_close(sweep *sweep)
 
 uint64_t sweep_count(const sweep *sweep)
 {
-    return sweep->trace_count * sweep->program_count * sweep->variant_count;
+    return sweep->trace_count * (uint64_t)sweep->file.detail_count * sweep->program_count * sweep->variant_count;
 }
 
 sweep_combination sweep_get(const sweep *sweep, uint64_t index)
 {
-    const uint64_t program = index / sweep->variant_count;
-    return (sweep_combination){.trace = &sweep->traces[program / sweep->program_count],
+    const uint64_t program = index / sweep->variant_count, detail = program / sweep->program_count;
+    const uint64_t trace = detail / (uint64_t)sweep->file.detail_count;
+    return (sweep_combination){.trace = &sweep->traces[trace],
                                .program = &sweep->programs[program % sweep->program_count],
                                .variant = &sweep->variants[index % sweep->variant_count],
+                               .detail = sweep->file.details[detail % (uint64_t)sweep->file.detail_count],
                                .max_iterations = sweep->file.max_iterations};
 }
 

@@ -51,6 +51,8 @@ void tick_destroy(tick *t)
     free(t->items);
     free(t->flushes);
     free(t->line_answers);
+    free(t->set_up);
+    free(t->begun);
     free(t);
 }
 
@@ -97,7 +99,7 @@ static void make_visit(tick *t, const stamp *stamp, const stamp_lines *lines, vi
     v->arrived = v->begun = v->may_operate = v->operates = v->ends = v->done = TICK_NEVER;
     v->work = tick_work(t->machine, t->frame, v->unit, stamp, t->pass.shader_operations);
     v->second_work = v->unit == UNIT_SHADER ? tick_texture_work(t->machine, t->frame, stamp) : 0;
-    v->quads = tick_quads(t->frame, v->unit, stamp);
+    v->lanes = tick_lanes(v->unit, stamp);
     v->streams = (v->unit == UNIT_KERNEL || v->unit == UNIT_COLOR) && (lines->stream_read || lines->stream_written);
     for (int c = (int)first; c <= (int)last; c++)
         v->touch_count += lines->counts[c];
@@ -119,6 +121,7 @@ void tick_stamp(tick *t, const stamp *stamp, const stamp_lines *lines)
     memset(item, 0, sizeof *item);
     item->partition = lines->partition;
     item->tile = stamp->tile;
+    item->quads = stamp->quads;
     item->primitive = t->item_count ? item[-1].primitive + stamp->begins_primitive : 0;
     item->hierarchical = stamp->hierarchical && t->machine->hierarchical_depth;
     item->stream_address = lines->stream_address;
@@ -182,6 +185,8 @@ void tick_end_stamps(tick *t)
     }
     for (uint64_t i = 0; i < t->lines_asked; i++)
         note_done(t, *t->line_answers[i]);
+    if (t->set_up_count)
+        note_done(t, up(t->set_up[t->set_up_count - 1]));
     if (t->pass.kind == PASS_CLEAR && t->machine->fast_clear) {
         const uint64_t lines = (uint64_t)t->frame->tile_count *
                                block_lines(t->machine, t->frame->plane_bits[t->pass.plane]);

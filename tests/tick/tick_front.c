@@ -96,7 +96,7 @@ static void fill_bins(tick *t)
     }
     free(answers);
     t->lines = written;
-    t->set_up = 0;
+    t->geometry = 0;
 }
 
 void tick_start_geometry(tick *t)
@@ -106,21 +106,38 @@ void tick_start_geometry(tick *t)
     t->line_answers = realloc(t->line_answers, (t->lines + 1) * sizeof *t->line_answers);
     t->leaving = 0;
     t->primitive = UINT64_MAX;
-    t->set_up = geometry_time(t);
+    t->geometry = geometry_time(t);
+    t->set_up = realloc(t->set_up, (t->pass.primitives + 1) * sizeof *t->set_up);
+    t->begun = realloc(t->begun, (t->pass.primitives + 1) * sizeof *t->begun);
+    t->set_up_count = 0;
     t->now = t->start;
     if (bins(t))
         fill_bins(t);
     t->geometry_start = t->now;
     t->raster_free = t->now * TICK_ONE;
-    t->last_fragment = t->now + up(t->set_up);
+    t->last_fragment = t->now + up(t->geometry);
+}
+
+// Primitives are set up one behind the other, at most so many ahead of the one that the rasterizer has come to.
+static void set_up_until(tick *t, uint64_t primitive)
+{
+    const uint64_t n = t->pass.primitives, ahead = (uint64_t)t->machine->triangles_ahead;
+    for (uint64_t j = t->set_up_count; j <= primitive; j++) {
+        const uint64_t before = j ? t->set_up[j - 1] : t->geometry_start * TICK_ONE;
+        const uint64_t room = (j < ahead ? t->geometry_start : t->begun[j - ahead]) * TICK_ONE;
+        const uint64_t share = tick_divided_up(t->geometry, j + 1, n) - tick_divided_up(t->geometry, j, n);
+        t->set_up[j] = longer(before, room) + share;
+        t->set_up_count = j + 1;
+    }
 }
 
 // Whether the primitive's stamps may leave.
-static bool is_set_up(const tick *t, uint64_t primitive)
+static bool is_set_up(tick *t, uint64_t primitive)
 {
-    const uint64_t n = t->pass.primitives;
-    return n == 0 || (t->now >= t->geometry_start + up(tick_divided_up(t->set_up, primitive + 1, n)) &&
-                      tick_lines_there(t, lines_of(t, primitive + 1)));
+    if (t->pass.primitives == 0)
+        return true;
+    set_up_until(t, primitive);
+    return t->now >= up(t->set_up[primitive]) && tick_lines_there(t, lines_of(t, primitive + 1));
 }
 
 // The rasterizer turns to its next stamp: lines are asked for ahead.
@@ -130,7 +147,7 @@ static bool step_geometry(tick *t)
     if (turned_to == t->primitive)
         return false;
     t->primitive = turned_to;
-    ask_lines(t, lines_of(t, turned_to + 33));
+    ask_lines(t, lines_of(t, turned_to + (uint64_t)t->machine->triangles_ahead + 1));
     return true;
 }
 
@@ -153,6 +170,8 @@ bool tick_step_rasterizer(tick *t)
         p->order[p->left++] = t->leaving;
     }
     note_done(t, up(t->raster_free));
+    if (t->pass.primitives && (t->leaving == 0 || item[-1].primitive != item->primitive))
+        t->begun[item->primitive] = t->now;
     t->leaving++;
     return true;
 }

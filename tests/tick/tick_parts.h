@@ -36,8 +36,8 @@ typedef enum unit_kind { UNIT_SHADER, UNIT_DEPTH, UNIT_COLOR, UNIT_KERNEL } unit
 uint64_t tick_work(const machine *machine, const frame *frame, unit_kind unit, const stamp *stamp,
                    uint32_t shader_operations);
 uint64_t tick_texture_work(const machine *machine, const frame *frame, const stamp *stamp);
-// The quads that the operation is on, as a mask of each quad's first lane.
-uint64_t tick_quads(const frame *frame, unit_kind unit, const stamp *stamp);
+// The lanes that the operation is on.
+uint64_t tick_lanes(unit_kind unit, const stamp *stamp);
 // Of the quad whose first lane is the lowest of `quads`.
 uint64_t tick_bucket(uint32_t tile, uint64_t quads, uint64_t buckets);
 
@@ -52,7 +52,7 @@ typedef struct touched {
 typedef struct visit {
     unit_kind unit;
     uint64_t work, second_work;      // 2^-20 cycles; second: texture reads, at the same time
-    uint64_t quads;                  // that the operation is on, for the interlock
+    uint64_t lanes;                  // that the operation is on, for the interlock
     touched *touches;
     int touch_count, looked_up, step;  // step: how far the lookup at hand has come
     uint64_t arrived, begun, may_operate, operates, ends, done;  // cycles; operates, ends: 2^-20; TICK_NEVER: not yet
@@ -68,7 +68,7 @@ typedef struct slot {
 } slot;
 
 typedef struct item {
-    uint32_t partition, tile;
+    uint32_t partition, tile, quads;
     uint64_t primitive;
     bool hierarchical;
     uint64_t stream_address;
@@ -109,7 +109,9 @@ struct tick {
     uint64_t start, now, last_fragment, clear_end;
     // Rasterizer and set-up:
     uint64_t raster_free;            // 2^-20 cycles
-    uint64_t lines, lines_asked, primitive, set_up, geometry_start;
+    uint64_t lines, lines_asked, primitive, geometry, geometry_start;
+    uint64_t *set_up, *begun;        // of each primitive: in 2^-20 cycles, and when its first stamp left
+    uint64_t set_up_count;
     const uint64_t **line_answers;
 };
 

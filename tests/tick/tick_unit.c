@@ -22,16 +22,16 @@ static bool step_begin(tick *t, partition *p, int u)
         if (before->looked_up < before->touch_count || (before->streams && !before->streamed))
             return false;
     }
-    uint32_t inside = 0;
-    const uint32_t window = (uint32_t)queue_of(t, u);
-    for (uint32_t i = p->begun[u] > window ? p->begun[u] - window : 0; i < p->begun[u]; i++) {
-        const item *other = &t->items[p->order[i]];
-        if (u + 1 < t->units)
-            inside += other->visits[u + 1].begun == TICK_NEVER;
-        else
-            inside += other->visits[u].operates == TICK_NEVER;
+    const uint64_t window = queue_of(t, u);
+    const item *item = &t->items[p->order[p->begun[u]]];
+    uint64_t inside = 0;
+    for (uint32_t i = p->begun[u] > window ? (uint32_t)(p->begun[u] - window) : 0; i < p->begun[u]; i++) {
+        const struct item *other = &t->items[p->order[i]];
+        const bool gone = u + 1 < t->units ? other->visits[u + 1].begun != TICK_NEVER
+                                           : other->visits[u].operates != TICK_NEVER;
+        inside += gone ? 0 : v->unit == UNIT_SHADER ? other->quads : 1;
     }
-    if (inside >= window)
+    if (inside && inside + (v->unit == UNIT_SHADER ? item->quads : 1) > window)
         return false;
     v->begun = t->now;
     if (v->touch_count == 0 && !v->streams)
@@ -149,8 +149,9 @@ static bool works(const visit *v)
     return v->work || v->second_work || v->touch_count;
 }
 
-static bool same_bucket(const tick *t, uint32_t tile, uint64_t quads, uint32_t other_tile, uint64_t other_quads)
+static bool same_bucket(const tick *t, uint32_t tile, uint64_t lanes, uint32_t other_tile, uint64_t other_lanes)
 {
+    const uint64_t quads = frame_quads(t->frame, lanes), other_quads = frame_quads(t->frame, other_lanes);
     const uint64_t buckets = (uint64_t)t->machine->interlock_buckets;
     for (uint64_t a = quads; a; a &= a - 1)
         for (uint64_t b = other_quads; b; b &= b - 1)
@@ -159,7 +160,7 @@ static bool same_bucket(const tick *t, uint32_t tile, uint64_t quads, uint32_t o
     return false;
 }
 
-// Whether an earlier operation of the unit on the same quad is under way.
+// Whether an earlier operation of the unit on the same sample is under way.
 static bool interlocked(const tick *t, const partition *p, int u, const item *item)
 {
     const visit *v = &item->visits[u];
@@ -170,8 +171,8 @@ static bool interlocked(const tick *t, const partition *p, int u, const item *it
         const visit *w = &other->visits[u];
         if (w->done <= t->now || !works(w))
             continue;
-        if (t->machine->interlock == 1 ? other->tile == item->tile && (w->quads & v->quads)
-                                       : same_bucket(t, item->tile, v->quads, other->tile, w->quads))
+        if (t->machine->interlock == 1 ? other->tile == item->tile && (w->lanes & v->lanes)
+                                       : same_bucket(t, item->tile, v->lanes, other->tile, w->lanes))
             return true;
     }
     return false;

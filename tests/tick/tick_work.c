@@ -19,13 +19,13 @@ uint64_t tick_texture_work(const machine *machine, const frame *frame, const sta
     return taken(machine, 4 * (uint64_t)frame->samples * stamp->texture_reads, machine->texture_samples_per_clock);
 }
 
-uint64_t tick_quads(const frame *frame, unit_kind unit, const stamp *stamp)
+uint64_t tick_lanes(unit_kind unit, const stamp *stamp)
 {
     uint64_t lanes = unit == UNIT_KERNEL ? stamp->lanes : 0;
     for (int i = 0; i < stamp->access_count; i++)
         if (stamp->accesses[i].unit == (unit == UNIT_DEPTH ? ACCESS_DEPTH : ACCESS_COLOR))
             lanes |= stamp->accesses[i].read | stamp->accesses[i].written;
-    return frame_quads(frame, lanes);
+    return lanes;
 }
 
 uint64_t tick_bucket(uint32_t tile, uint64_t quads, uint64_t buckets)

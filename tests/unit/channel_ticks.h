@@ -123,8 +123,9 @@ static inline void ticks_add_work(ticks *m, bool write, int number, uint64_t add
     const uint64_t first = address / burst, last = (address + bytes - 1) / burst;
     for (uint64_t b = first; b <= last; b++) {
         const uint64_t row_number = b * burst / row_bytes;
-        const int bank = (int)(row_number % (uint64_t)m->t->banks);
-        const int64_t row = (int64_t)(row_number / (uint64_t)m->t->banks);
+        const uint64_t banks = (uint64_t)m->t->banks;
+        const int bank = (int)((row_number % banks + row_number / banks + row_number / banks / banks) % banks);
+        const int64_t row = (int64_t)(row_number / banks);
         const int64_t clocks = (m->t->burst_bytes + m->t->bytes_per_clock - 1) / m->t->bytes_per_clock;
         if (b > first && b * burst % row_bytes != 0) {
             m->work[m->work_count - 1].length += clocks;
@@ -235,7 +236,8 @@ static inline bool ticks_write(ticks *m, uint64_t time, uint64_t address, uint32
         int moved = 0;
         for (int i = 0; i < size; i++)
             moved += m->writes[i].moved;
-        for (; moved < (size + 1) / 2; moved++)
+        const bool quarter = moved <= size / 4;
+        for (; quarter && moved < (size + 1) / 2; moved++)
             ticks_move_write(m);
         ticks_issue(m);
         ticks_leave(m);
