@@ -278,8 +278,7 @@ status clock_flush(clock_state *c, uint32_t partition, access_unit cache, const 
     (void)cache;
     c->now = p->flush_time;
     if (transfer->bytes && transfer->on_chip)
-        p->l2_free = later(p->l2_free, c->now * CYCLE_PARTS) +
-                     ((uint64_t)transfer->bytes * (uint64_t)c->partition_count * CYCLE_PARTS) / (uint64_t)c->machine->l2_bytes_per_clock;
+        clock_l2_move(c, p, transfer->bytes);
     else
         while (!clock_write(c, p, transfer->address, transfer->bytes, &c->now))
             continue;

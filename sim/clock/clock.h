@@ -73,8 +73,8 @@ typedef struct unit {
 
 typedef struct line_cache {
     uint64_t *ready, *last_use;  // of each slot
-    uint64_t *misses;            // when each of the last pending ones is back
-    uint64_t oldest_miss;        // where in it
+    uint64_t *misses;            // cache_misses_max places: when the fetch that has it is back
+    uint64_t oldest_miss;        // the place taken longest ago
 } line_cache;
 
 typedef struct partition {
@@ -102,7 +102,7 @@ typedef struct front {
     uint64_t primitive;       // of those that come: how many began
     uint64_t asked;           // and for how many the lines were asked for
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
-    uint64_t address;
+    uint64_t base;            // address of the lines that primitives wait for
     uint64_t blocked_at;
     uint64_t busy;
 } front;
@@ -147,5 +147,7 @@ void unit_step(clock_state *clock, partition *partition, int stage);
 
 // Requests (unit.c): true: taken; else *when is when to ask again.
 bool clock_write(clock_state *clock, partition *partition, uint64_t address, uint32_t bytes, uint64_t *when);
+// Takes the second level's port. The cycle in which its answer is there.
+uint64_t clock_l2_move(clock_state *clock, partition *partition, uint32_t bytes);
 
 #endif

@@ -7,16 +7,20 @@
 static bool next_cleared(memory *m, uint32_t *partition, access_unit *cache, transfer *spill, statistics *s)
 {
     const plane_layout *plane = &m->planes[m->clear_plane];
-    if (m->clear_tile == m->frame->tile_count)
-        return m->flush_clear = false;
-    const line_place at = {m->clear_plane, m->clear_tile, m->clear_part};
-    const uint64_t lanes = part_lanes(plane, at.part) & m->valid[at.tile];
+    line_place at;
+    uint64_t lanes = 0;
+    while (!lanes) {  // parts outside the image take no bytes
+        if (m->clear_tile == m->frame->tile_count)
+            return m->flush_clear = false;
+        at = (line_place){m->clear_plane, m->clear_tile, m->clear_part};
+        lanes = part_lanes(plane, at.part) & m->valid[at.tile];
+        if (++m->clear_part == plane->parts) {
+            m->clear_part = 0;
+            m->clear_tile++;
+        }
+    }
     *partition = m->partition_of[at.tile];
     *cache = plane->unit;
-    if (++m->clear_part == plane->parts) {
-        m->clear_part = 0;
-        m->clear_tile++;
-    }
     write_line(m, at, lanes, lanes, s, spill);
     m->cleared_bytes += spill->bytes;
     return true;
