@@ -1,4 +1,5 @@
-// `ropsim papers`: figure 1 and table 1 of the coherent layer peeling paper, on meshes that the user has: counts, or with
+// `ropsim papers`: figure 1 and table 1 of the coherent layer peeling paper, on meshes that the user has: counts, or
+// with
 // --time and --gain times.
 #include "papers_time.h"
 
@@ -11,7 +12,19 @@
 static const char STAND_IN_MESH[] = "/usr/share/glmark2/models/bunny.obj";
 static const char STAND_IN_SCENE[] = "scene:knot";
 
-enum { ROW_OUT, ROW_SIZE, ROW_FIGURE_SIZE, ROW_SLICES, ROW_BUCKETS, ROW_THREADS, ROW_SET, ROW_TIME, ROW_GAIN, ROW_GRID, ROW_SVG };
+enum {
+    ROW_OUT,
+    ROW_SIZE,
+    ROW_FIGURE_SIZE,
+    ROW_SLICES,
+    ROW_BUCKETS,
+    ROW_THREADS,
+    ROW_SET,
+    ROW_TIME,
+    ROW_GAIN,
+    ROW_GRID,
+    ROW_SVG
+};
 static const command_option option_rows[] = {
     [ROW_TIME] = {"time", 0, NULL, "times and frame rates on the paper's card beside the paper's, instead of counts"},
     [ROW_GAIN] = {"gain", 0, NULL, "what a programmable ROP would gain, over the slots a clock of its kernel unit"},
@@ -21,7 +34,9 @@ static const command_option option_rows[] = {
     [ROW_SLICES] = {"slices", 0, "N", "slices of figure 1; default 256"},
     [ROW_BUCKETS] = {"buckets", 0, "N", "buckets of the sort by centroid; default 1024"},
     [ROW_THREADS] = {"threads", 0, "N", "threads of the replay; default 0: one a processor"},
-    [ROW_SET] = {"set", 0, "KEY=VALUE", "change one key of the machine " COMMAND_DEFAULT_MACHINE "; with --time and --gain of all machines; may be repeated"},
+    [ROW_SET] = {"set", 0, "KEY=VALUE",
+                 "change one key of the machine " COMMAND_DEFAULT_MACHINE
+                 "; with --time and --gain of all machines; may be repeated"},
     [ROW_GRID] = {"grid", 0, "N", "with --time and --gain: quads a side of a slice; default 1"},
     [ROW_SVG] = {"svg", 0, "FILE", "with --gain: write a plot"},
     {0},

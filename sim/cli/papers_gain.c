@@ -38,12 +38,12 @@ static status time_subject(paper_timer *timer, trace *trace, const paper_machine
         const char *note = format_table[formats->depth_format].name;
         status = paper_timer_run(timer, trace, gain->label, "layer_peel", formats, note, &gain->peel[f]);
         if (status == STATUS_OK)
-            status = paper_timer_run(timer, trace, gain->label, "coherent_layer_peel_a", formats, note,
-                                     &gain->coherent[f]);
+            status =
+                paper_timer_run(timer, trace, gain->label, "coherent_layer_peel_a", formats, note, &gain->coherent[f]);
         for (int g = 0; g < PAPER_GAIN_GUARDS; g++)
             for (int p = 0; status == STATUS_OK && p < PAPER_GAINER_COUNT; p++)
-                status = time_rates(timer, trace, gain->label, formats, g, paper_gainers[p].words,
-                                    gain->times[f][g][p]);
+                status =
+                    time_rates(timer, trace, gain->label, formats, g, paper_gainers[p].words, gain->times[f][g][p]);
     }
     return status;
 }
@@ -81,8 +81,8 @@ status paper_gain_all(const paper_setup *setup, const paper_machine_set *machine
     gains.gains = calloc((size_t)gains.count, sizeof *gains.gains);
     if (!gains.gains)
         return report_error(&command_report, STATUS_IO, "out of memory");
-    status status = paper_timer_create(run, out, "gain.csv",
-                                       (uint64_t)gains.count * PAPER_GAIN_FORMATS * (2 + rates), &timer);
+    status status =
+        paper_timer_create(run, out, "gain.csv", (uint64_t)gains.count * PAPER_GAIN_FORMATS * (2 + rates), &timer);
     if (status == STATUS_OK)
         paper_print_gain_intro(setup, machines);
     for (int i = 0; status == STATUS_OK && i < gains.count; i++) {

@@ -6,7 +6,16 @@
 #include <inttypes.h>
 #include <math.h>
 
-enum { PANEL_WIDTH = 340, PANEL_HEIGHT = 250, COLUMNS = 3, LEFT = 46, TOP = 30, RIGHT = 12, BOTTOM = 34, KEY_LINE = 18 };
+enum {
+    PANEL_WIDTH = 340,
+    PANEL_HEIGHT = 250,
+    COLUMNS = 3,
+    LEFT = 46,
+    TOP = 30,
+    RIGHT = 12,
+    BOTTOM = 34,
+    KEY_LINE = 18
+};
 
 // Okabe and Ito's colours, the darker ones.
 static const char *const colors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00"};
@@ -14,8 +23,8 @@ enum { LINE_COLORS = sizeof colors / sizeof *colors };
 
 typedef struct panel {
     FILE *file;
-    double x, y;        // of its upper left corner
-    double low, high;   // speeds, as powers of two
+    double x, y;       // of its upper left corner
+    double low, high;  // speeds, as powers of two
 } panel;
 
 static double at_slots(const panel *p, int slots)

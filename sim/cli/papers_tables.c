@@ -8,7 +8,8 @@ const paper_view_row paper_views[PAPER_VIEW_COUNT] = {
 #include "papers.def"
 };
 
-#define PAPER_ROW(model, view, faces, a, b, peel, a_fps, b_fps, peel_fps) {#model, PAPER_VIEW_##view, faces, a, b, peel, a_fps, b_fps, peel_fps},
+#define PAPER_ROW(model, view, faces, a, b, peel, a_fps, b_fps, peel_fps) \
+    {#model, PAPER_VIEW_##view, faces, a, b, peel, a_fps, b_fps, peel_fps},
 const paper_row paper_rows[PAPER_ROW_COUNT] = {
 #include "papers.def"
 };
@@ -28,7 +29,7 @@ const paper_order_row paper_figures[PAPER_FIGURE_COUNT] = {
 #include "papers.def"
 };
 
-#define PAPER_MACHINE(name, file, key, value, second_key, second_value, meaning)                                       \
+#define PAPER_MACHINE(name, file, key, value, second_key, second_value, meaning) \
     {#name, file, {{key, value}, {second_key, second_value}}, meaning},
 const paper_machine_row paper_machines[PAPER_MACHINE_COUNT] = {
 #include "papers.def"
@@ -40,14 +41,15 @@ const paper_machine_row paper_machines[PAPER_MACHINE_COUNT] = {
 #define COLUMN_coherent_a COLUMN(coherent_a, 6)
 #define COLUMN_coherent_b COLUMN(coherent_b, 5)
 #define COLUMN_none false, 0, 0, 0
-#define TIMED_ROW(name, in_paper, iterations, fps, passes, on_meshes) {name, in_paper, on_meshes, iterations, fps, passes},
+#define TIMED_ROW(name, in_paper, iterations, fps, passes, on_meshes) \
+    {name, in_paper, on_meshes, iterations, fps, passes},
 #define TIMED(...) TIMED_ROW(__VA_ARGS__)
 #define PAPER_TIMED(program, column, on_meshes) TIMED(#program, COLUMN_##column, on_meshes)
 const paper_timed_row paper_timed_rows[PAPER_TIMED_COUNT] = {
 #include "papers.def"
 };
 
-#define PAPER_CLAIM(text, place, slower, faster, low, high)                                                            \
+#define PAPER_CLAIM(text, place, slower, faster, low, high) \
     {text, place, PAPER_TIMED_##slower, PAPER_TIMED_##faster, low, high},
 const paper_claim_row paper_claims[PAPER_CLAIM_COUNT] = {
 #include "papers.def"

@@ -1,7 +1,7 @@
 // `ropsim papers --time`: figure 1's slices and table 1's meshes on the paper's card, timed.
 //
-// The card's 24-bit depth buffer is the usual one. Each program's counts are taken with a 32-bit one, too, and where they
-// differ, since depths fall together, it is timed with that as well.
+// The card's 24-bit depth buffer is the usual one. Each program's counts are taken with a 32-bit one, too, and where
+// they differ, since depths fall together, it is timed with that as well.
 #include "papers_time.h"
 
 #include <stdlib.h>
@@ -76,7 +76,8 @@ static void choose_steps(const paper_setup *setup, paper_timings *timings)
     }
 }
 
-static status measure(const paper_setup *setup, const paper_machine_set *set, paper_timer *timer, paper_timings *timings)
+static status measure(const paper_setup *setup, const paper_machine_set *set, paper_timer *timer,
+                      paper_timings *timings)
 {
     status status = STATUS_OK;
     choose_steps(setup, timings);

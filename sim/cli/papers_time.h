@@ -1,7 +1,7 @@
 // The parts of `ropsim papers --time` and `--gain`: programs timed at the level cycle, and the printing of it.
 //
-// --time: fixed-function programs on the paper's card, beside its frame rates. --gain: free kernels on the same card with a
-// programmable ROP, over the slots a clock that its kernel unit has.
+// --time: fixed-function programs on the paper's card, beside its frame rates. --gain: free kernels on the same card
+// with a programmable ROP, over the slots a clock that its kernel unit has.
 #ifndef PAPERS_TIME_H
 #define PAPERS_TIME_H
 
@@ -72,14 +72,16 @@ typedef struct paper_time {
     bool known;  // was run at the level cycle
     uint64_t iterations, passes, unsorted, sorted, composited;
     double max_abs;
-    uint64_t cycles;                        // until everything is drained
+    uint64_t cycles;  // until everything is drained
     double seconds;
+    double last_seconds;                    // of that, the last iteration, which finds nothing
     uint64_t bound_by[RESOURCE_COUNT + 1];  // cycles of the passes that the resource bounds
     statistics total;
 } paper_time;
 
 typedef struct paper_timer paper_timer;
-// `out`: where a JSON a run and `csv` go, NULL: nowhere. `runs`: to come, for the progress. Free with paper_timer_destroy.
+// `out`: where a JSON a run and `csv` go, NULL: nowhere. `runs`: to come, for the progress. Free with
+// paper_timer_destroy.
 status paper_timer_create(const run_options *run, const char *out, const char *csv, uint64_t runs, paper_timer **timer);
 // The scene as a trace, which the caller closes.
 status paper_timer_record(paper_timer *timer, const char *subject, const char *scene, const record_options *options,
@@ -126,12 +128,15 @@ void paper_print_times(const paper_setup *setup, const paper_timings *timings);
 
 // ---- --gain (papers_gain.c, papers_gain_print.c, papers_gain_svg.c) ------------------------------------
 
-enum { PAPER_GAIN_FORMATS = 2, PAPER_GAIN_GUARDS = 2 };  // PAPER_MACHINE_rop and _rop_wide; kernel_guarded_slots 1 and 0
+enum {
+    PAPER_GAIN_FORMATS = 2,
+    PAPER_GAIN_GUARDS = 2
+};  // PAPER_MACHINE_rop and _rop_wide; kernel_guarded_slots 1 and 0
 typedef struct paper_gain {
     char label[PAPER_LABEL_SIZE];
     uint64_t triangles, fragments;
-    // Of the level cycle, on the same machine: fixed-function programs, then each free kernel. A rate that is not known was not
-    // run, since the one before had gained less than PAPER_GAIN_LEAST over its own predecessor.
+    // Of the level cycle, on the same machine: fixed-function programs, then each free kernel. A rate that is not known
+    // was not run, since the one before had gained less than PAPER_GAIN_LEAST over its own predecessor.
     paper_time peel[PAPER_GAIN_FORMATS], coherent[PAPER_GAIN_FORMATS];
     paper_time times[PAPER_GAIN_FORMATS][PAPER_GAIN_GUARDS][PAPER_GAINER_COUNT][PAPER_SLOTS_COUNT];
 } paper_gain;
@@ -146,8 +151,8 @@ status paper_gain_all(const paper_setup *setup, const paper_machine_set *machine
                       const char *out, const char *svg);
 // Seconds at a rate, the last known one's if it was not run.
 double paper_gain_seconds(const paper_time times[PAPER_SLOTS_COUNT], int slots);
-// Slots a clock at which the times meet `seconds`: between two rates as if time were a + b / slots. 0: faster at the least rate
-// already; infinity: never.
+// Slots a clock at which the times meet `seconds`: between two rates as if time were a + b / slots. 0: faster at the
+// least rate already; infinity: never.
 double paper_gain_meets(const paper_time times[PAPER_SLOTS_COUNT], double seconds);
 void paper_print_gain_intro(const paper_setup *setup, const paper_machine_set *machines);
 void paper_print_gain(const paper_gain *gain);

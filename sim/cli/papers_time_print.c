@@ -1,7 +1,7 @@
 // Times on the card beside the paper's frame rates, as Markdown, and what makes each ratio that is far off.
 //
-// A ratio of times is the ratio of passes times the ratio of what a pass costs: where the paper's ratio is not met, the two
-// factors tell which of them differs.
+// A ratio of times is the ratio of passes times the ratio of what a pass costs: where the paper's ratio is not met, the
+// two factors tell which of them differs.
 #include "papers_time.h"
 
 #include <inttypes.h>
@@ -12,11 +12,14 @@ static const double FAR_OFF = 0.25;
 // A program beside layer peeling, which takes more of all.
 typedef struct ratio {
     double times, passes;
+    double busy;  // times without the last iteration of either, which finds nothing; of measured ones alone
 } ratio;
 
 static ratio ratio_here(const paper_time *peel, const paper_time *other)
 {
-    return (ratio){peel->seconds / other->seconds, (double)peel->passes / (double)other->passes};
+    return (ratio){.times = peel->seconds / other->seconds,
+                   .passes = (double)peel->passes / (double)other->passes,
+                   .busy = (peel->seconds - peel->last_seconds) / (other->seconds - other->last_seconds)};
 }
 
 static uint64_t printed_iterations(const paper_row *row, int program)
@@ -36,8 +39,8 @@ static double printed_passes(const paper_row *row, int program)
 
 static ratio ratio_printed(const paper_row *row, int program)
 {
-    return (ratio){printed_fps(row, program) / row->fps_layer_peel,
-                   printed_passes(row, PAPER_TIMED_layer_peel) / printed_passes(row, program)};
+    return (ratio){.times = printed_fps(row, program) / row->fps_layer_peel,
+                   .passes = printed_passes(row, PAPER_TIMED_layer_peel) / printed_passes(row, program)};
 }
 
 static int percent(double here, double there)
@@ -50,19 +53,20 @@ void paper_print_time_intro(const paper_setup *setup, const paper_machine_set *s
     char hash[33];
     machine_hash(&set->machines[PAPER_MACHINE_card], hash);
     const machine *card = &set->machines[PAPER_MACHINE_card];
-    printf("# The papers' frame rates\n\n"
-           "Times of the level cycle on machine `%s` (%s) at %" PRId64 " MHz: %s, %s, %" PRId64
-           " bits of stencil.\n"
-           "coherent_layer_peel_b keeps its own depths as 32-bit floats and blends those of `before` as rgba32f, since "
-           "section 6 moves depths by blending.\n"
-           "Where a program's counts differ with a 32-bit depth buffer, since 24 bits let depths fall together, it is "
-           "timed with `depth_format=z32f` as well.\n\n"
-           "*times*: how many times faster than layer_peel. *by passes*: what that would be if all passes cost the "
-           "same. *M tri/s*: triangles x\ngeometry passes / time, in millions; of the paper: its faces x passes x "
-           "frames a second. *bound by*: the resource that bounds the passes\nwhich take most of the time, and their "
-           "share of it.\n\n",
-           card->name, hash, card->core_mhz, format_table[card->depth_format].name,
-           format_table[card->color_format].name, card->stencil_bits);
+    printf(
+        "# The papers' frame rates\n\n"
+        "Times of the level cycle on machine `%s` (%s) at %" PRId64 " MHz: %s, %s, %" PRId64 " bits of stencil.\n"
+        "coherent_layer_peel_b keeps its own depths as 32-bit floats and blends those of `before` as rgba32f, since "
+        "section 6 moves depths by blending.\n"
+        "Where a program's counts differ with a 32-bit depth buffer, since 24 bits let depths fall together, it is "
+        "timed with `depth_format=z32f` as well.\n\n"
+        "*times*: how many times faster than layer_peel. *without last*: the same without the last, empty iteration of "
+        "both. *by passes*: what that would be if all passes cost the "
+        "same. *M tri/s*: triangles x\ngeometry passes / time, in millions; of the paper: its faces x passes x "
+        "frames a second. *bound by*: the resource that bounds the passes\nwhich take most of the time, and their "
+        "share of it.\n\n",
+        card->name, hash, card->core_mhz, format_table[card->depth_format].name, format_table[card->color_format].name,
+        card->stencil_bits);
     printf("Slices at %u x %u pixels, meshes at %u x %u, 1 sample a pixel; %" PRIu64 " buckets.\n\n",
            setup->figure.width, setup->figure.height, setup->mesh.width, setup->mesh.height,
            setup->mesh.order_parameter);
@@ -113,12 +117,13 @@ static void print_slice_rows(const paper_timing *timing)
 void paper_print_slices(const paper_setup *setup, const paper_timings *timings)
 {
     const paper_timing *all = &timings->slices[PAPER_SLICE_STEPS - 1];
-    printf("## Slices and a cone\n\n"
-           "`scene:slices_cone,grid=%u`: %" PRIu64 " triangles and %" PRIu64 " fragments with %u slices.\n\n"
-           "| slices | program | depth | iterations | unsorted / sorted passes | cycles | ms | frames a second | times | "
-           "time over hybrid | bound by |\n"
-           "|---:|---|---|---:|---:|---:|---:|---:|---:|---:|---|\n",
-           setup->grid, all->triangles, all->fragments, all->slices);
+    printf(
+        "## Slices and a cone\n\n"
+        "`scene:slices_cone,grid=%u`: %" PRIu64 " triangles and %" PRIu64 " fragments with %u slices.\n\n"
+        "| slices | program | depth | iterations | unsorted / sorted passes | cycles | ms | frames a second | times | "
+        "time over hybrid | bound by |\n"
+        "|---:|---|---|---:|---:|---:|---:|---:|---:|---:|---|\n",
+        setup->grid, all->triangles, all->fragments, all->slices);
     for (int i = 0; i < PAPER_SLICE_STEPS; i++)
         print_slice_rows(&timings->slices[i]);
     putchar('\n');
@@ -147,7 +152,7 @@ static void print_mesh_row(const paper_timing *timing, int wide, int p)
     const ratio here = ratio_here(peel, time);
     printf("| %s | %s | %s |", timing->subject->label, paper_timed_rows[p].name, wide ? "z32f" : "");
     print_measured(timing, time);
-    printf(" %.2f | %.2f |", here.times, here.passes);
+    printf(" %.2f | %.2f | %.2f |", here.times, here.busy, here.passes);
     print_bound(time);
     if (row && paper_timed_rows[p].in_paper) {
         const ratio there = ratio_printed(row, p);
@@ -169,11 +174,13 @@ static void print_factor(const paper_timing *timing, int p, int *counts)
     if (fabs(here.times / there.times - 1) <= FAR_OFF)
         return;
     counts[1]++;
-    printf("- %s, %s: %.2f here, %.2f there, %+d %%. Fewer passes: %.2f here, %.2f there, %+d %%. A pass against "
-           "one of layer_peel: %.2f times as fast here, %.2f there, %+d %%.\n",
-           timing->subject->label, paper_timed_rows[p].name, here.times, there.times, percent(here.times, there.times),
-           here.passes, there.passes, percent(here.passes, there.passes), pass_here, pass_there,
-           percent(pass_here, pass_there));
+    printf(
+        "- %s, %s: %.2f here, %.2f there, %+d %%. Fewer passes: %.2f here, %.2f there, %+d %%. A pass against "
+        "one of layer_peel: %.2f times as fast here, %.2f there, %+d %%. Without either's last, empty iteration: %.2f, "
+        "%+d %%.\n",
+        timing->subject->label, paper_timed_rows[p].name, here.times, there.times, percent(here.times, there.times),
+        here.passes, there.passes, percent(here.passes, there.passes), pass_here, pass_there,
+        percent(pass_here, pass_there), here.busy, percent(here.busy, there.times));
 }
 
 static void print_far_off(const paper_setup *setup, const paper_timings *timings)
@@ -192,8 +199,9 @@ static void print_far_off(const paper_setup *setup, const paper_timings *timings
 void paper_print_times(const paper_setup *setup, const paper_timings *timings)
 {
     puts("## Meshes\n\n"
-         "| subject | program | depth | iterations | passes | cycles | ms | frames a second | M tri/s | times | by "
-         "passes | bound by | frames a second, paper | M tri/s, paper | times, paper | by passes, paper | off |\n"
+         "| subject | program | depth | iterations | passes | cycles | ms | frames a second | M tri/s | times | "
+         "without last | "
+         "by passes | bound by | frames a second, paper | M tri/s, paper | times, paper | by passes, paper | off |\n"
          "|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---|---:|---:|---:|---:|---:|");
     for (int i = 0; i < setup->subject_count; i++)
         for (int wide = 0; wide < 2; wide++)

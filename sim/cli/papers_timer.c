@@ -45,7 +45,7 @@ status paper_timer_create(const run_options *run, const char *out, const char *c
     new->out = out;
     new->total = runs;
     status status = paper_folder_make(new->folder);
-    if (status == STATUS_OK &&out)
+    if (status == STATUS_OK && out)
         status = open_csv(new, csv);
     if (status != STATUS_OK) {
         paper_timer_destroy(new);
@@ -82,12 +82,18 @@ static void take_counts(const run_result *result, paper_time *time)
 
 static void take_times(const detail_result *detail, paper_time *time)
 {
+    const double rate = 1e6 * (double)detail->machine.core_mhz;
     time->known = true;
     time->cycles = detail->drained_cycles;
-    time->seconds = (double)detail->drained_cycles / (1e6 * (double)detail->machine.core_mhz);
+    time->seconds = (double)detail->drained_cycles / rate;
     time->total = detail->total;
-    for (uint64_t i = 0; i < detail->pass_count; i++)
-        time->bound_by[detail->passes[i].bound_by] += detail->passes[i].drained - detail->passes[i].start;
+    for (uint64_t i = 0; i < detail->pass_count; i++) {
+        const pass_record *pass = &detail->passes[i];
+        const uint64_t cycles = pass->drained - pass->start;
+        time->bound_by[pass->bound_by] += cycles;
+        if (pass->info.iteration == time->iterations)
+            time->last_seconds += (double)cycles / rate;
+    }
 }
 
 static void write_row(FILE *file, const char *subject, const char *program, const machine *machine, const char *note,
