@@ -40,7 +40,8 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     c->partition_count = (int)machine->partitions;
     c->partitions = calloc((size_t)c->partition_count, sizeof *c->partitions);
     c->front.read_ready = calloc((size_t)machine->triangles_ahead + 1, sizeof *c->front.read_ready);
-    bool good = c->partitions && c->front.read_ready;
+    c->front.begun = calloc((size_t)machine->triangles_ahead, sizeof *c->front.begun);
+    bool good = c->partitions && c->front.read_ready && c->front.begun;
     for (int i = 0; good && i < c->partition_count; i++)
         good = (c->partitions[i].channel = channel_create(&timing)) && units_make(c, &c->partitions[i], slots);
     charge_init(c);
@@ -68,6 +69,7 @@ void clock_destroy(clock_state *c)
     request_log_abandon(c->log);
     free(c->partitions);
     free(c->front.read_ready);
+    free(c->front.begun);
     free(c);
 }
 
@@ -217,7 +219,7 @@ static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
 status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines, statistics *statistics)
 {
     c->statistics = statistics;
-    front_next(c, stamp, lines->partition);
+    front_next(c, stamp);
     for (;;) {
         partition *next = earliest(c);
         if (!next && c->front.when == NEVER)

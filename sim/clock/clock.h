@@ -93,6 +93,9 @@ typedef struct front {
     uint64_t raster_free;     // parts
     uint64_t start;           // of the pass
     uint64_t geometry;        // parts that vertices and set-up take
+    uint64_t set_up;          // parts: when the last primitive was
+    uint64_t *begun;          // when each of the last triangles_ahead primitives came to the rasterizer
+    bool begins;              // the stamp at hand begins one
     uint64_t primitive;       // of those that come: how many began
     uint64_t asked;           // and for how many the lines were asked for
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
@@ -125,7 +128,7 @@ void charge_stamp(const clock_state *clock, const stamp *stamp, const stamp_line
 
 // The front end (front.c). front_next: when it can hand the stamp on; front_step does it.
 void front_begin(clock_state *clock);
-void front_next(clock_state *clock, const stamp *stamp, uint32_t partition);
+void front_next(clock_state *clock, const stamp *stamp);
 bool front_step(clock_state *clock, const stamp *stamp, uint32_t partition);
 void front_end(clock_state *clock);
 

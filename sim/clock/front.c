@@ -1,7 +1,7 @@
 // The front end: vertices and triangles at their rates, their lines from memory, and the rasterizer that hands stamps out.
 //
-// Triangle j of those with fragments is set up at its share of the pass's geometry time and when its lines have come, which
-// are asked for triangles_ahead triangles earlier. A stamp leaves the rasterizer when that is free and its partition's queue
+// Triangles with fragments are set up one behind the other, each in its share of the pass's geometry time, as long as fewer than
+// triangles_ahead wait; their lines are asked for as many triangles ahead. A stamp leaves the rasterizer when that is free and its partition's queue
 // has room. On a tile-based machine all triangles are set up, written to bins and drained before the first stamp.
 #include "clock.h"
 
@@ -61,16 +61,18 @@ void front_begin(clock_state *c)
 {
     front *f = &c->front;
     const pass_info *pass = &c->pass;
-    *f = (front){.when = NEVER, .start = c->drained, .raster_free = c->drained * CYCLE_PARTS, .read_ready = f->read_ready, .blocked_at = NEVER};
+    *f = (front){.when = NEVER, .start = c->drained, .raster_free = c->drained * CYCLE_PARTS, .read_ready = f->read_ready, .begun = f->begun, .blocked_at = NEVER};
     f->geometry = later(rate_parts(pass->triangles, c->machine->triangles_per_kiloclock),
                         rate_parts(pass->vertices, c->machine->vertices_per_kiloclock));
     c->bounds[RESOURCE_GEOMETRY] = f->geometry / CYCLE_PARTS;
     f->reads = geometry_reads(c->machine, pass);
     f->read_done = f->start;
+    f->set_up = f->start * CYCLE_PARTS;
     if (c->machine->tile_based && pass->kind == PASS_DRAW) {
         const uint64_t binned = geometry_writes(c->machine, pass);
         bin_all(c, f->reads - binned, binned);
         f->start = c->now;
+        f->set_up = f->start * CYCLE_PARTS;
         f->reads = binned;
     }
 }
@@ -93,20 +95,30 @@ static bool has_room(const clock_state *c, const partition *p)
     return p->pushed - p->units[0].started < (uint64_t)c->machine->raster_queue;
 }
 
-void front_next(clock_state *c, const stamp *stamp, uint32_t partition)
+// When the next primitive is set up: behind the one before it, as soon as fewer than triangles_ahead wait for the rasterizer.
+static uint64_t set_up(clock_state *c)
+{
+    front *f = &c->front;
+    const uint64_t ahead = (uint64_t)c->machine->triangles_ahead, count = c->pass.primitives;
+    // Its share of all that the pass's geometry takes, so that all shares add up to it.
+    const uint64_t share = share_up(f->geometry, f->primitive + 1, count) - share_up(f->geometry, f->primitive, count);
+    const uint64_t room = f->primitive < ahead ? f->start : f->begun[f->primitive % ahead];
+    f->set_up = later(f->set_up, room * CYCLE_PARTS) + share;
+    return cycles_up(f->set_up);
+}
+
+void front_next(clock_state *c, const stamp *stamp)
 {
     front *f = &c->front;
     uint64_t when = later(c->now, f->raster_free / CYCLE_PARTS);
-    (void)partition;
-    if (stamp->begins_primitive && c->pass.primitives && f->primitive < c->pass.primitives) {
+    f->begins = stamp->begins_primitive && f->primitive < c->pass.primitives;
+    if (f->begins) {
         ask_ahead(c, f->primitive);
-        const uint64_t set_up = f->start + cycles_up(share_up(f->geometry, f->primitive + 1, c->pass.primitives));
-        const uint64_t there = later(set_up, f->read_ready[f->primitive % ((uint64_t)c->machine->triangles_ahead + 1)]);
+        const uint64_t there = later(set_up(c), f->read_ready[f->primitive % ((uint64_t)c->machine->triangles_ahead + 1)]);
         if (there > when) {
             c->statistics->raster_wait_geometry += there - when;
             when = there;
         }
-        f->primitive++;
     }
     f->when = when;
 }
@@ -123,6 +135,8 @@ bool front_step(clock_state *c, const stamp *stamp, uint32_t partition)
     if (f->blocked_at != NEVER)
         c->statistics->raster_wait_queue += c->now - f->blocked_at;
     f->blocked_at = NEVER;
+    if (f->begins)
+        f->begun[f->primitive++ % (uint64_t)c->machine->triangles_ahead] = c->now;
     const uint64_t takes = (CYCLE_PARTS + (uint64_t)c->machine->raster_blocks_per_clock - 1) / (uint64_t)c->machine->raster_blocks_per_clock;
     f->raster_free = later(f->raster_free, c->now * CYCLE_PARTS) + takes;
     f->busy += takes;
@@ -136,5 +150,5 @@ void front_end(clock_state *c)
     front *f = &c->front;
     while (f->reads_issued < f->reads)
         f->read_done = later(f->read_done, read_line(c, f->reads_issued++));
-    c->last_fragment = later(c->last_fragment, later(f->read_done, f->start + cycles_up(f->geometry)));
+    c->last_fragment = later(c->last_fragment, later(f->read_done, later(cycles_up(f->set_up), f->start + cycles_up(f->geometry))));
 }
