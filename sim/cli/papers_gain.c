@@ -40,7 +40,7 @@ static status time_subject(paper_timer *timer, trace *trace, const paper_machine
         if (status == STATUS_OK)
             status =
                 paper_timer_run(timer, trace, gain->label, "coherent_layer_peel_a", formats, note, &gain->coherent[f]);
-        for (int g = 0; g < PAPER_GAIN_GUARDS; g++)
+        for (int g = 0; g < paper_gain_guards(f); g++)
             for (int p = 0; status == STATUS_OK && p < PAPER_GAINER_COUNT; p++)
                 status =
                     time_rates(timer, trace, gain->label, formats, g, paper_gainers[p].words, gain->times[f][g][p]);
@@ -75,14 +75,16 @@ static status measure_one(const paper_setup *setup, const paper_machine_set *set
 status paper_gain_all(const paper_setup *setup, const paper_machine_set *machines, const run_options *run,
                       const char *out, const char *svg)
 {
-    const uint64_t rates = (uint64_t)PAPER_GAIN_GUARDS * PAPER_GAINER_COUNT * PAPER_SLOTS_COUNT;
+    uint64_t runs = 0;  // of a subject
+    for (int f = 0; f < PAPER_GAIN_FORMATS; f++)
+        runs += 2 + (uint64_t)paper_gain_guards(f) * PAPER_GAINER_COUNT * PAPER_SLOTS_COUNT;
     paper_gains gains = {.count = setup->subject_count + 1};
     paper_timer *timer = NULL;
     gains.gains = calloc((size_t)gains.count, sizeof *gains.gains);
     if (!gains.gains)
         return report_error(&command_report, STATUS_IO, "out of memory");
     status status =
-        paper_timer_create(run, out, "gain.csv", (uint64_t)gains.count * PAPER_GAIN_FORMATS * (2 + rates), &timer);
+        paper_timer_create(run, out, "gain.csv", (uint64_t)gains.count * runs, &timer);
     if (status == STATUS_OK)
         paper_print_gain_intro(setup, machines);
     for (int i = 0; status == STATUS_OK && i < gains.count; i++) {

@@ -43,7 +43,7 @@ static void print_meets(double slots)
 static void print_rows(const paper_gain *gain, int f)
 {
     for (int p = 0; p < PAPER_GAINER_COUNT; p++) {
-        for (int g = 0; g < PAPER_GAIN_GUARDS; g++) {
+        for (int g = 0; g < paper_gain_guards(f); g++) {
             const paper_time *times = gain->times[f][g][p];
             printf("| %s | %d | %" PRIu64 " |", paper_gainers[p].words, g == 0, times[0].passes);
             for (int s = 0; s < PAPER_SLOTS_COUNT; s++) {

@@ -141,6 +141,10 @@ typedef struct paper_gain {
     paper_time times[PAPER_GAIN_FORMATS][PAPER_GAIN_GUARDS][PAPER_GAINER_COUNT][PAPER_SLOTS_COUNT];
 } paper_gain;
 extern const double PAPER_GAIN_LEAST;
+static inline int paper_gain_guards(int formats)
+{
+    return formats == 0 ? PAPER_GAIN_GUARDS : 1;
+}
 
 typedef struct paper_gains {
     paper_gain *gains;  // malloc
