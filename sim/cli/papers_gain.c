@@ -83,8 +83,7 @@ status paper_gain_all(const paper_setup *setup, const paper_machine_set *machine
     gains.gains = calloc((size_t)gains.count, sizeof *gains.gains);
     if (!gains.gains)
         return report_error(&command_report, STATUS_IO, "out of memory");
-    status status =
-        paper_timer_create(run, out, "gain.csv", (uint64_t)gains.count * runs, &timer);
+    status status = paper_timer_create(run, out, "gain.csv", (uint64_t)gains.count * runs, &timer);
     if (status == STATUS_OK)
         paper_print_gain_intro(setup, machines);
     for (int i = 0; status == STATUS_OK && i < gains.count; i++) {

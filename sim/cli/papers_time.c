@@ -25,8 +25,10 @@ static status time_programs(paper_timer *timer, trace *trace, const paper_machin
     for (int p = 0; status == STATUS_OK && p < PAPER_TIMED_COUNT; p++) {
         const char *name = paper_timed_rows[p].name;
         paper_time *here = &timing->times[0][p], *wide = &timing->times[1][p];
-        if (timing->subject && !paper_timed_rows[p].on_meshes)
+        if (timing->subject && !paper_timed_rows[p].on_meshes) {
+            paper_timer_skip(timer, 2);
             continue;
+        }
         status = paper_timer_run(timer, trace, label, name, card, "card", here);
         if (status == STATUS_OK)
             status = paper_timer_count(timer, trace, name, floats, wide);

@@ -61,10 +61,9 @@ void paper_print_time_intro(const paper_setup *setup, const paper_machine_set *s
         "Where a program's counts differ with a 32-bit depth buffer, since 24 bits let depths fall together, it is "
         "timed with `depth_format=z32f` as well.\n\n"
         "*times*: how many times faster than layer_peel. *without last*: the same without the last, empty iteration of "
-        "both. *by passes*: what that would be if all passes cost the "
-        "same. *M tri/s*: triangles x\ngeometry passes / time, in millions; of the paper: its faces x passes x "
-        "frames a second. *bound by*: the resource that bounds the passes\nwhich take most of the time, and their "
-        "share of it.\n\n",
+        "both.\n*by passes*: what that would be if all passes cost the same. *M tri/s*: triangles x geometry passes / "
+        "time, in millions;\nof the paper: its faces x passes x frames a second. *bound by*: the resource that bounds "
+        "the passes which take most of the\ntime, and their share of it.\n\n",
         card->name, hash, card->core_mhz, format_table[card->depth_format].name, format_table[card->color_format].name,
         card->stencil_bits);
     printf("Slices at %u x %u pixels, meshes at %u x %u, 1 sample a pixel; %" PRIu64 " buckets.\n\n",
@@ -129,9 +128,12 @@ void paper_print_slices(const paper_setup *setup, const paper_timings *timings)
     putchar('\n');
     for (int c = 0; c < PAPER_CLAIM_COUNT; c++) {
         const paper_claim_row *claim = &paper_claims[c];
-        const double here = all->times[0][claim->slower].seconds / all->times[0][claim->faster].seconds;
+        const paper_time *slower = &all->times[0][claim->slower], *faster = &all->times[0][claim->faster];
+        const double here = slower->seconds / faster->seconds;
         const double near = here < claim->low ? claim->low : here > claim->high ? claim->high : here;
-        printf("- %u slices: %s by %.3g here. The paper, of 256 slices: %s. ", all->slices, claim->text, here,
+        printf("- %u slices: %s by %.3g here, %.3g without the slower one's last, empty iteration. The paper, of 256 "
+               "slices: %s. ",
+               all->slices, claim->text, here, (slower->seconds - slower->last_seconds) / faster->seconds,
                claim->place);
         if (here == near)
             puts("Within.");
