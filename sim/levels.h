@@ -29,7 +29,7 @@ enum {
     STATISTIC_COUNT
 };
 
-typedef enum detail_level { DETAIL_FUNCTION, DETAIL_TRAFFIC, DETAIL_CYCLE, DETAIL_COUNT } detail_level;
+typedef enum detail_level { DETAIL_FUNCTION, DETAIL_TRAFFIC, DETAIL_CYCLE, DETAIL_SAMPLED, DETAIL_COUNT } detail_level;
 extern const char *const detail_level_names[DETAIL_COUNT];
 
 typedef struct statistic_row {
@@ -71,6 +71,7 @@ typedef struct pass_info {
     bool hierarchical, early;     // the pass allows it (the machine may not have it)
     uint32_t shader_operations;   // of a fragment; 0: nothing is shaded
     uint64_t triangles, vertices; // of the draws drawn
+    uint64_t stamps;              // that will come
     uint64_t primitives;          // runs of stamps of one primitive each that will come
     uint64_t binned;              // tile-based: pairs of primitive and region
     uint8_t plane;                // PASS_CLEAR: storage cleared
@@ -136,13 +137,30 @@ static inline uint64_t frame_quads(const frame *frame, uint64_t lanes)
     return lanes & frame->quad_corners;
 }
 
-// Takes passes in order. A status other than STATUS_OK ends the run.
+// Sampling: what is done with a pass's stamps. A pass is cut into strata of `period` stamps; each has one window at a place drawn by
+// `seed`. Before a window, units are filled by a lead; caches see every stamp.
+typedef enum stamp_phase {
+    PHASE_HEAD,     // the pass's first stamps, or all of a short pass: measured, each for itself alone
+    PHASE_SKIP,     // executed, seen by caches, and nothing counted
+    PHASE_LEAD,     // through caches and units, not measured
+    PHASE_MEASURE,  // the same, and measured for all stamps of the pass but its head
+} stamp_phase;
+typedef struct sampling {
+    uint32_t head, lead, window, period;  // stamps
+    uint64_t seed;
+} sampling;
+
+// Takes passes in order. A status other than STATUS_OK ends the run. `skip` and `phase`: only with sampling.
 typedef struct stamp_sink {
     status (*begin_pass)(void *user, const pass_info *pass);
     status (*stamp)(void *user, const stamp *stamp);
     status (*end_pass)(void *user);
+    status (*skip)(void *user, const stamp *stamp);  // several stamps of a block were run as one, which is not looked at
+    // From now on: `window` counts the windows of a pass, `begun` the primitives that began before.
+    status (*phase)(void *user, stamp_phase phase, uint32_t window, uint64_t begun);
     void *user;
 } stamp_sink;
+
 
 typedef struct arrival arrival;
 typedef struct arrival_options {
@@ -151,6 +169,7 @@ typedef struct arrival_options {
     uint32_t region_pixels;       // tile-based: side of a region; 0: order of arrival
     const uint8_t *tiles;         // NULL, or one a block: only those that are not 0 are replayed
     bool hierarchical, early;     // the machine's
+    const sampling *sampling;     // NULL: every stamp is told
 } arrival_options;
 
 // Prepares the replay of a program pass by pass, in order of arrival. `function`: the result of replay_run with
@@ -223,6 +242,8 @@ uint32_t memory_slots(const memory *memory, access_unit cache);
 void memory_begin_pass(memory *memory, const pass_info *pass, statistics *statistics);
 // Valid until the next call.
 const stamp_lines *memory_stamp(memory *memory, const stamp *stamp, statistics *statistics);
+// Sampling: caches take part in what was executed without being looked at.
+void memory_skip(memory *memory, const stamp *stamp);
 // After a pass, until it returns false: the next line written back of those still changed; at the end of the run
 // (`last`) those of the second level as well. Touches of one cache of one partition, one at a time.
 bool memory_flush(memory *memory, bool last, uint32_t *partition, access_unit *cache, transfer *transfer, statistics *statistics);
@@ -251,6 +272,13 @@ status clock_end_stamps(clock_state *clock, statistics *statistics);
 // Then each line of memory_flush, then clock_end_pass, which ends when everything is drained.
 status clock_flush(clock_state *clock, uint32_t partition, access_unit cache, const transfer *transfer);
 status clock_end_pass(clock_state *clock, statistics *statistics);
+// Sampling: stamps handed in from now on are measured or not; runs until all units are idle; goes on behind stamps that were
+// skipped, `begun` primitives of which came before; when the last of the stamps was done that were not measured, and that were.
+void clock_measure(clock_state *clock, bool measured);
+status clock_idle(clock_state *clock, statistics *statistics);
+void clock_resume(clock_state *clock, uint64_t begun);
+void clock_done(const clock_state *clock, uint64_t *unmeasured, uint64_t *measured);
+void clock_settle(clock_state *clock, statistics *statistics);  // brings counts of units and channels up to date
 uint64_t clock_now(const clock_state *clock);            // cycle at which the last pass was drained
 uint64_t clock_last_fragment(const clock_state *clock);  // cycle at which its last fragment was done
 status clock_finish(clock_state *clock);                 // completes the requests' file
@@ -287,6 +315,10 @@ typedef struct detail_result {
     uint64_t bound_cycles;                                 // sum over passes of the largest of bounds: no run is faster
     struct { uint32_t least, most, sets; } occupancy[ACCESS_UNITS];
     double wall_seconds;                                   // of this level, without the function level's run
+    // DETAIL_SAMPLED: statistics are estimates, and each lies within so much of the truth with 95 % confidence.
+    sampling sampling;
+    uint64_t windows, stamps_measured, stamps;
+    double half_widths[STATISTIC_COUNT];
 } detail_result;
 
 typedef struct detail_options {
@@ -294,7 +326,11 @@ typedef struct detail_options {
     const clock_config *clock;  // NULL: no files
     uint64_t memory_bytes;
     const uint8_t *tiles;       // as arrival_options
+    const sampling *sampling;   // DETAIL_SAMPLED: NULL: sampling_default
 } detail_options;
+
+// One stamp in 16, and seed 1.
+sampling sampling_default(void);
 
 // `function` as for arrival_create, with keep_planes where tiles is NULL. Conservation is checked in every run.
 status detail_run(const program *program, const machine *machine, trace *trace, const run_result *function,

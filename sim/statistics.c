@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-const char *const detail_level_names[DETAIL_COUNT] = {"function", "traffic", "cycle"};
+const char *const detail_level_names[DETAIL_COUNT] = {"function", "traffic", "cycle", "sampled"};
 const char *const pass_kind_names[PASS_KINDS] = {"draw", "fullscreen", "copy", "clear", "drain"};
 const char *const access_unit_names[ACCESS_UNITS] = {"texture", "depth", "color"};
 const char *const clock_resource_names[RESOURCE_COUNT + 1] = {"geometry", "raster", "shader", "texture", "depth",

@@ -24,13 +24,16 @@ enum {
     ROW_CSV,
     ROW_TIMELINE,
     ROW_REQUESTS,
-    ROW_REQUESTS_FORMAT
+    ROW_REQUESTS_FORMAT,
+    ROW_SAMPLE_EVERY,
+    ROW_SAMPLE_WINDOW,
+    ROW_SEED
 };
 static const command_option option_rows[] = {
     [ROW_MACHINE] = {"machine", 0, "NAME|FILE", "shipped machine or .yaml file; default " COMMAND_DEFAULT_MACHINE},
     [ROW_SET] = {"set", 0, "KEY=VALUE", "change one key of the machine; may be repeated"},
     [ROW_DETAIL] = {"detail", 0, "LEVEL",
-                    "function: counts and image, the default; traffic: also caches and bytes; cycle: also time"},
+                    "function: counts and image, the default; traffic: also caches and bytes; cycle: also time; sampled: estimates of both"},
     [ROW_THREADS] = {"threads", 0, "N", "threads over tiles; default 0: one a processor; results do not depend on it"},
     [ROW_IMAGE] = {"image", 0, "FILE", "write the image: .exr and .pfm linear float RGB, .png 8-bit sRGB"},
     [ROW_JSON] = {"json", 0, "FILE", "write the result as JSON"},
@@ -48,6 +51,9 @@ static const command_option option_rows[] = {
     [ROW_REQUESTS] = {"requests", 0, "FILE", "cycle: write each request to memory as it is issued"},
     [ROW_REQUESTS_FORMAT] = {"requests-format", 0, "FORMAT",
                              "of --requests: dramsim3, ramulator, ramulator2 or csv; default csv"},
+    [ROW_SAMPLE_EVERY] = {"sample-every", 0, "N", "sampled: measure one stamp in N; default 16"},
+    [ROW_SAMPLE_WINDOW] = {"sample-window", 0, "STAMPS", "sampled: length of a window; default 512"},
+    [ROW_SEED] = {"seed", 0, "N", "sampled: draws the places of windows; default 1"},
     {0},
 };
 
@@ -55,6 +61,9 @@ typedef struct run_words {
     const char *program, *trace, *machine, *detail, *image, *json, *csv, *timeline, *requests, *requests_format;
     detail_level level;
     run_options options;
+    sampling sampling;
+    uint64_t sample_every, sample_window;
+    bool samples;
 } run_words;
 
 // Takes one option; false after saying what is wrong with it.
@@ -79,6 +88,9 @@ static bool take_option(int option, const char *value, run_words *words)
             return false;
         words->options.vector_bytes = (int)number;
         return true;
+    case ROW_SAMPLE_EVERY: words->samples = true; return command_uint("sample-every", value, 2, 1 << 12, &words->sample_every);
+    case ROW_SAMPLE_WINDOW: words->samples = true; return command_uint("sample-window", value, 16, 1 << 18, &words->sample_window);
+    case ROW_SEED: words->samples = true; return command_uint("seed", value, 0, UINT64_MAX, &words->sampling.seed);
     case ROW_RATIO: return command_double("occlusion-ratio", value, 0, 1, &words->options.occlusion_ratio);
     default: return true;  // --set: taken when the machine is known
     }
@@ -112,6 +124,8 @@ static bool check_words(run_words *words)
     if (level < 0)
         return false;
     words->level = (detail_level)level;
+    if (words->samples && words->level != DETAIL_SAMPLED)
+        return refuse("--sample-every, --sample-window and --seed want --detail sampled");
     if (words->csv && words->level == DETAIL_FUNCTION)
         return refuse("--csv wants --detail traffic or --detail cycle");
     if (words->timeline && words->level != DETAIL_CYCLE)
@@ -141,8 +155,12 @@ static status run_detail(const run_words *words, const program *program, const m
         .requests_format = words->requests ? words->requests_format : NULL,
         .timeline = timeline,
     };
+    sampling sampling = words->sampling;
+    sampling.window = (uint32_t)words->sample_window;
+    sampling.period = (uint32_t)(words->sample_window * words->sample_every);
     const detail_options options = {
         .level = words->level,
+        .sampling = &sampling,
         .clock = &files,
         .memory_bytes = words->options.memory_bytes,
     };
@@ -201,7 +219,9 @@ static status run(const run_words *words, const machine *machine)
 
 int command_run(int argc, char **argv)
 {
-    run_words words = {.detail = "function", .options = {.occlusion_ratio = -1, .reference = true}};
+    run_words words = {.detail = "function", .options = {.occlusion_ratio = -1, .reference = true}, .sampling = sampling_default()};
+    words.sample_window = words.sampling.window;
+    words.sample_every = words.sampling.period / words.sampling.window;
     command_line line = {.argc = argc, .argv = argv, .options = option_rows};
     for (int option; (option = command_next(&line)) != COMMAND_END;) {
         if (option == COMMAND_HELP)

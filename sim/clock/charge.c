@@ -36,10 +36,13 @@ static uint64_t color_cost(const clock_state *c, const plane_access *access)
     const uint64_t pixels = 4 * quad_count(c, access->written), samples = pixels * c->frame->samples;
     if (!access->written)
         return 0;
-    if (access->read)
-        return cost(c, samples, c->frame->plane_bits[access->plane] > 64 ? RATE_WIDE : RATE_BLEND);
     const uint64_t by_pixels = cost(c, pixels, RATE_PIXELS), by_samples = cost(c, samples, RATE_SAMPLES);
-    return by_pixels > by_samples ? by_pixels : by_samples;
+    const uint64_t write = by_pixels > by_samples ? by_pixels : by_samples;
+    if (!access->read)
+        return write;
+    // What was blended is written like anything else, so a blend is never faster.
+    const uint64_t blend = cost(c, samples, c->frame->plane_bits[access->plane] > 64 ? RATE_WIDE : RATE_BLEND);
+    return blend > write ? blend : write;
 }
 
 // The stage's touches are those of one cache, or of two one behind the other.
@@ -69,6 +72,7 @@ void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *l
 {
     job->tile = stamp->tile;
     job->quads = stamp->quads;
+    job->measured = c->measured;
     job->touch_count = 0;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;

@@ -119,11 +119,13 @@ status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *stati
     c->statistics = statistics;
     c->now = c->last_fragment = c->drained;
     c->pass_start = c->drained;
+    c->measured = true;
+    c->done[0] = c->done[1] = c->drained;
     for (int i = 0; i < RESOURCE_COUNT; i++)
         c->bounds[i] = 0;
     order_stages(c);
     for (int i = 0; i < c->partition_count; i++) {
-        c->partitions[i].before = *channel_get_counts(c->partitions[i].channel);
+        c->partitions[i].before = c->partitions[i].settled = *channel_get_counts(c->partitions[i].channel);
         units_begin(c, &c->partitions[i]);
     }
     front_begin(c);
@@ -153,12 +155,12 @@ static void step_partition(clock_state *c, partition *p)
 
 static const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
 
-// Nothing can go on although work is left: says which queue is full.
+// Nothing can go on although work is left: says which queue is full, the last one: those before it wait for it.
 static status blocked(const clock_state *c)
 {
     for (int i = 0; i < c->partition_count; i++) {
         const partition *p = &c->partitions[i];
-        for (int s = 0; s < c->stage_count; s++) {
+        for (int s = c->stage_count - 1; s >= 0; s--) {
             const uint64_t arrived = s ? p->units[s - 1].started : p->pushed;
             if (p->units[s].started < arrived)
                 return report_error(c->report, STATUS_REFUSED,
@@ -234,7 +236,7 @@ status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines,
     }
 }
 
-status clock_end_stamps(clock_state *c, statistics *statistics)
+status clock_idle(clock_state *c, statistics *statistics)
 {
     c->statistics = statistics;
     c->front.when = NEVER;
@@ -244,6 +246,26 @@ status clock_end_stamps(clock_state *c, statistics *statistics)
         for (int s = 0; s < c->stage_count; s++)
             if (c->partitions[i].units[s].started != c->partitions[i].pushed)
                 return blocked(c);
+    return STATUS_OK;
+}
+
+void clock_measure(clock_state *c, bool measured)
+{
+    c->measured = measured;
+    c->done[measured] = c->done[!measured];
+}
+
+void clock_done(const clock_state *c, uint64_t *unmeasured, uint64_t *measured)
+{
+    *unmeasured = c->done[0];
+    *measured = c->done[1];
+}
+
+status clock_end_stamps(clock_state *c, statistics *statistics)
+{
+    const status status = clock_idle(c, statistics);
+    if (status != STATUS_OK)
+        return status;
     front_end(c);
     for (int i = 0; i < c->partition_count; i++)
         c->partitions[i].flush_time = c->last_fragment;
@@ -256,8 +278,7 @@ status clock_flush(clock_state *c, uint32_t partition, access_unit cache, const 
     (void)cache;
     c->now = p->flush_time;
     if (transfer->bytes && transfer->on_chip)
-        p->l2_free = later(p->l2_free, c->now * CYCLE_PARTS) +
-                     ((uint64_t)transfer->bytes * (uint64_t)c->partition_count * CYCLE_PARTS) / (uint64_t)c->machine->l2_bytes_per_clock;
+        clock_l2_move(c, p, transfer->bytes);
     else
         while (!clock_write(c, p, transfer->address, transfer->bytes, &c->now))
             continue;
@@ -279,33 +300,49 @@ static uint64_t memory_cycles(const clock_state *c, uint64_t clocks)
     return clocks * (uint64_t)c->machine->core_mhz / (uint64_t)c->machine->memory_mhz;
 }
 
-static void count_unit(clock_state *c, const unit *u, statistics *s)
+// What statistics do not have yet of a unit's work.
+static void settle_unit(unit *u, statistics *s)
 {
-    const uint64_t busy = u->busy / CYCLE_PARTS, second = u->second_busy / CYCLE_PARTS;
+    const uint64_t busy = u->busy / CYCLE_PARTS - u->settled, second = u->second_busy / CYCLE_PARTS - u->second_settled;
+    u->settled += busy;
+    u->second_settled += second;
     switch (u->kind) {
     case UNIT_SHADER_STAGE:
         s->shader_busy += busy;
         s->texture_busy += second;
-        bound(c, RESOURCE_SHADER, busy);
-        bound(c, RESOURCE_TEXTURE, second);
         break;
-    case UNIT_DEPTH_STAGE: s->depth_busy += busy; bound(c, RESOURCE_DEPTH, busy); break;
-    case UNIT_COLOR_STAGE: s->color_busy += busy; bound(c, RESOURCE_COLOR, busy); break;
-    default: s->kernel_busy += busy; bound(c, RESOURCE_KERNEL, busy);
+    case UNIT_DEPTH_STAGE: s->depth_busy += busy; break;
+    case UNIT_COLOR_STAGE: s->color_busy += busy; break;
+    default: s->kernel_busy += busy;
     }
 }
 
-static void count_channel(clock_state *c, const partition *p, statistics *s)
+static void settle_channel(const clock_state *c, partition *p, statistics *s)
 {
-    const channel_counts *now = channel_get_counts(p->channel), *then = &p->before;
-    const uint64_t busy = memory_cycles(c, now->busy_clocks - then->busy_clocks);
-    s->memory_busy += busy;
+    const channel_counts *now = channel_get_counts(p->channel), *then = &p->settled;
+    s->memory_busy += memory_cycles(c, now->busy_clocks - p->before.busy_clocks) - memory_cycles(c, then->busy_clocks - p->before.busy_clocks);
     s->memory_reads += now->reads - then->reads;
     s->memory_writes += now->writes - then->writes;
     s->row_hits += now->row_hits - then->row_hits;
     s->row_misses += now->row_misses + now->row_empty - then->row_misses - then->row_empty;
     s->turnarounds += now->turnarounds - then->turnarounds;
-    bound(c, RESOURCE_MEMORY, busy);
+    p->settled = *now;
+}
+
+void clock_settle(clock_state *c, statistics *s)
+{
+    for (int i = 0; i < c->partition_count; i++) {
+        settle_channel(c, &c->partitions[i], s);
+        for (int k = 0; k < c->stage_count; k++)
+            settle_unit(&c->partitions[i].units[k], s);
+    }
+}
+
+static void bound_by_unit(clock_state *c, const unit *u)
+{
+    static const clock_resource resources[UNIT_KINDS] = {RESOURCE_SHADER, RESOURCE_DEPTH, RESOURCE_COLOR, RESOURCE_KERNEL};
+    bound(c, resources[u->kind], u->busy / CYCLE_PARTS);
+    bound(c, RESOURCE_TEXTURE, u->second_busy / CYCLE_PARTS);
 }
 
 // A clear that marks blocks takes its rate's time and nothing else.
@@ -337,10 +374,11 @@ status clock_end_pass(clock_state *c, statistics *s)
         const partition *p = &c->partitions[i];
         const uint64_t end = channel_drain(p->channel, later(p->flush_time, c->last_fragment));
         c->drained = later(c->drained, later(end, cycles_up(p->l2_free)));
-        count_channel(c, p, s);
+        bound(c, RESOURCE_MEMORY, memory_cycles(c, channel_get_counts(p->channel)->busy_clocks - p->before.busy_clocks));
         for (int k = 0; k < c->stage_count; k++)
-            count_unit(c, &p->units[k], s);
+            bound_by_unit(c, &p->units[k]);
     }
+    clock_settle(c, s);
     s->geometry_busy += c->bounds[RESOURCE_GEOMETRY];
     s->raster_busy += c->front.busy / CYCLE_PARTS;
     bound(c, RESOURCE_RASTER, c->front.busy / CYCLE_PARTS);

@@ -38,6 +38,7 @@ typedef struct job {
     uint32_t tile, quads;
     uint64_t ready;           // arrives at its next stage
     stage_work work[STAGES_MAX];
+    bool measured;
     uint64_t stream_address;
     uint32_t stream_read, stream_written;
     queued_touch *touches;
@@ -63,7 +64,8 @@ typedef struct unit {
     uint64_t data_ready, last_lookup;
     uint64_t blocked_at;      // when it found the next queue full; NEVER: it did not
     uint64_t done;            // of its last operation
-    uint64_t busy, second_busy;  // parts, in this pass
+    uint64_t busy, second_busy;  // parts, in this pass, of stamps that are measured
+    uint64_t settled, second_settled;  // cycles of those that statistics have
     flight *flights;          // a ring of `window` and more
     uint64_t flight_count, flight_mask;
     uint64_t *buckets;        // interlock by buckets: when the last operation there is done
@@ -71,8 +73,8 @@ typedef struct unit {
 
 typedef struct line_cache {
     uint64_t *ready, *last_use;  // of each slot
-    uint64_t *misses;            // when each of the last pending ones is back
-    uint64_t oldest_miss;        // where in it
+    uint64_t *misses;            // cache_misses_max places: when the fetch that has it is back
+    uint64_t oldest_miss;        // the place taken longest ago
 } line_cache;
 
 typedef struct partition {
@@ -85,7 +87,7 @@ typedef struct partition {
     uint64_t job_mask, pushed;
     uint64_t l2_free;         // parts
     uint64_t flush_time;
-    channel_counts before;    // at the pass's start
+    channel_counts before, settled;  // at the pass's start; what statistics have
 } partition;
 
 typedef struct front {
@@ -94,12 +96,13 @@ typedef struct front {
     uint64_t start;           // of the pass
     uint64_t geometry;        // parts that vertices and set-up take
     uint64_t set_up;          // parts: when the last primitive was
+    uint64_t shared;          // parts of `geometry` that went to primitives so far
     uint64_t *begun;          // when each of the last triangles_ahead primitives came to the rasterizer
     bool begins;              // the stamp at hand begins one
     uint64_t primitive;       // of those that come: how many began
     uint64_t asked;           // and for how many the lines were asked for
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
-    uint64_t address;
+    uint64_t base;            // address of the lines that primitives wait for
     uint64_t blocked_at;
     uint64_t busy;
 } front;
@@ -116,6 +119,8 @@ struct clock_state {
     divisor rates[8];         // charge.c
     uint64_t now;             // of the step being done
     uint64_t pass_start, drained, last_fragment;
+    bool measured;            // of stamps handed in now
+    uint64_t done[2];         // when the last stamp not measured, and measured, was done
     uint64_t bounds[RESOURCE_COUNT];
     request_log *log;
     statistics *statistics;
@@ -142,5 +147,7 @@ void unit_step(clock_state *clock, partition *partition, int stage);
 
 // Requests (unit.c): true: taken; else *when is when to ask again.
 bool clock_write(clock_state *clock, partition *partition, uint64_t address, uint32_t bytes, uint64_t *when);
+// Takes the second level's port. The cycle in which its answer is there.
+uint64_t clock_l2_move(clock_state *clock, partition *partition, uint32_t bytes);
 
 #endif

@@ -129,6 +129,8 @@ void unit_next(clock_state *c, partition *p, int stage)
             u->blocked_at = u->blocked_at == NEVER ? later(when, c->now) : u->blocked_at;
             return;
         }
+    } else if (!u->window) {
+        return;  // no machine file has this; clock.c says so
     } else if (u->started >= u->window) {
         const uint64_t room = u->operations[u->operation];
         if (room > when) {
@@ -149,7 +151,7 @@ bool clock_write(clock_state *c, partition *p, uint64_t address, uint32_t bytes,
     return !bytes || channel_write(p->channel, c->now, address, bytes, when);
 }
 
-static uint64_t l2_done(clock_state *c, partition *p, uint32_t bytes)
+uint64_t clock_l2_move(clock_state *c, partition *p, uint32_t bytes)
 {
     const uint64_t share = (uint64_t)bytes * (uint64_t)c->partition_count * CYCLE_PARTS;
     const uint64_t rate = (uint64_t)c->machine->l2_bytes_per_clock;
@@ -171,7 +173,7 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
     uint64_t ready = c->now + 1;
     if (fill->bytes) {
         if (c->machine->l2_bytes)
-            ready = l2_done(c, p, fill->bytes);
+            ready = clock_l2_move(c, p, fill->bytes);
         if (!fill->on_chip)
             ready = later(ready, channel_read(p->channel, c->now, fill->address, fill->bytes) +
                                      (c->machine->l2_bytes ? (uint64_t)c->machine->l2_latency_cycles : 0));
@@ -180,28 +182,39 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
     return ready;
 }
 
+// The place of the pending fetch that is back first. They come back out of order: some from the second level, some after
+// decompression.
+static uint64_t *first_back(const clock_state *c, line_cache *cache)
+{
+    const uint64_t places = (uint64_t)c->machine->cache_misses_max;
+    uint64_t *first = &cache->misses[cache->oldest_miss];
+    for (uint64_t i = 0; *first > c->now && i < places; i++)
+        first = cache->misses[i] < *first ? &cache->misses[i] : first;
+    return first;
+}
+
 // As far as it can go now; false: it waits.
 static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch)
 {
     statistics *s = c->statistics;
     const line_touch *line = &touch->line;
     line_cache *cache = &p->caches[touch->cache];
-    const uint64_t pending = (uint64_t)c->machine->cache_misses_max;
+    uint64_t *pending = line->fill.bytes ? first_back(c, cache) : NULL;
     uint64_t when;
     if (!line->miss && !line->spill.bytes) {
         u->data_ready = later(u->data_ready, cache->ready[line->slot]);
         return true;
     }
     if (u->step <= STEP_PENDING) {
-        if (line->fill.bytes && cache->misses[cache->oldest_miss] > c->now)
-            return wait_until(c, u, cache->misses[cache->oldest_miss], &s->unit_wait_misses);
+        if (pending && *pending > c->now)
+            return wait_until(c, u, *pending, &s->unit_wait_misses);
         if (line->replaces && cache->last_use[line->slot] > c->now)
             return wait_until(c, u, cache->last_use[line->slot], &s->unit_wait_victim);
         u->step = STEP_SPILL;
     }
     if (u->step == STEP_SPILL) {
         if (line->spill.on_chip)
-            l2_done(c, p, line->spill.bytes);
+            clock_l2_move(c, p, line->spill.bytes);
         else if (!clock_write(c, p, line->spill.address, line->spill.bytes, &when))
             return wait_until(c, u, when, &s->unit_wait_memory);
         u->step = STEP_SPILL_EVICTED;
@@ -218,9 +231,9 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     }
     if (line->miss) {
         cache->ready[line->slot] = fill_ready(c, p, &line->fill);
-        if (line->fill.bytes) {
-            cache->misses[cache->oldest_miss] = cache->ready[line->slot];
-            cache->oldest_miss = cache->oldest_miss + 1 == pending ? 0 : cache->oldest_miss + 1;
+        if (pending) {
+            *pending = cache->ready[line->slot];
+            cache->oldest_miss = cache->oldest_miss + 1 == (uint64_t)c->machine->cache_misses_max ? 0 : cache->oldest_miss + 1;
         }
     }
     u->data_ready = later(u->data_ready, cache->ready[line->slot]);
@@ -290,10 +303,12 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
         s->unit_wait_data += u->data_ready - begin / CYCLE_PARTS;
         begin = u->data_ready * CYCLE_PARTS;
     }
-    const uint64_t lanes = rop ? work->lanes : 0;
+    // A stamp that leaves the unit nothing to do neither waits nor keeps others waiting. So flights are done in order.
+    const bool works = work->cost || work->second_cost || work->touch_count;
+    const uint64_t lanes = rop && works ? work->lanes : 0;
     if (lanes) {
-        const uint64_t free = interlocked(c, u, job->tile, lanes, cycles_up(begin));
-        if (free * CYCLE_PARTS > begin && free > cycles_up(begin)) {
+        const uint64_t free = interlocked(c, u, job->tile, lanes, begin / CYCLE_PARTS);
+        if (free * CYCLE_PARTS > begin) {
             s->unit_wait_interlock += free - begin / CYCLE_PARTS;
             begin = free * CYCLE_PARTS;
         }
@@ -301,9 +316,8 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
     const uint64_t end = begin + later(work->cost, work->second_cost);
     u->operation_free = begin + work->cost;
     u->second_free = work->second_cost ? begin + work->second_cost : u->second_free;
-    u->busy += work->cost;
-    u->second_busy += work->second_cost;
-    const bool works = work->cost || work->second_cost || work->touch_count;
+    u->busy += job->measured ? work->cost : 0;
+    u->second_busy += job->measured ? work->second_cost : 0;
     const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
     if (stage == c->stage_count - 1) {
         u->operations[u->operation] = begin / CYCLE_PARTS;
@@ -318,6 +332,7 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
         p->caches[touch->cache].last_use[touch->line.slot] = cycles_up(end);
     }
     c->last_fragment = later(c->last_fragment, job->ready);
+    c->done[job->measured] = later(c->done[job->measured], job->ready);
 }
 
 // Begins the stamp: the room that it had in the queue before is free.

@@ -2,25 +2,11 @@
 //
 // Data flow one way. What comes out is a record a pass, sums by draw and iteration, and the checks that every run must pass:
 // what went in came out, the image is the function level's, no pass beat its busiest resource.
-#include "../levels.h"
+#include "detail.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-
-typedef struct detail {
-    const machine *machine;
-    const report *report;
-    arrival *arrival;
-    memory *memory;
-    clock_state *clock;          // NULL at the level traffic
-    detail_result *result;
-    uint64_t pass_capacity, iteration_capacity;
-    pass_record record;          // of the pass at hand
-    statistics before_pass, before_draw;
-    uint32_t draw;               // whose stamps come now; UINT32_MAX: none's
-    timeline *timeline;          // NULL: none
-} detail;
 
 static status refuse_memory(const detail *d)
 {
@@ -39,23 +25,23 @@ static double seconds_of_process(void)
 static void end_draw(detail *d)
 {
     if (d->draw != UINT32_MAX) {
-        const statistics since = statistics_since(&d->result->total, &d->before_draw);
+        const statistics since = statistics_since(&d->raw, &d->before_draw);
         statistics_add(&d->result->draws[d->draw], &since);
     }
-    d->before_draw = d->result->total;
+    d->before_draw = d->raw;
 }
 
 static status begin_pass(void *user, const pass_info *pass)
 {
     detail *d = user;
     d->record = (pass_record){.info = *pass};
-    d->before_pass = d->before_draw = d->result->total;
+    d->before_pass = d->before_draw = d->raw;
     d->draw = UINT32_MAX;
-    memory_begin_pass(d->memory, &d->record.info, &d->result->total);
+    memory_begin_pass(d->memory, &d->record.info, &d->raw);
     if (!d->clock)
         return STATUS_OK;
     d->record.start = clock_now(d->clock);
-    return clock_begin_pass(d->clock, &d->record.info, &d->result->total);
+    return clock_begin_pass(d->clock, &d->record.info, &d->raw);
 }
 
 static status take_stamp(void *user, const stamp *stamp)
@@ -65,31 +51,31 @@ static status take_stamp(void *user, const stamp *stamp)
         end_draw(d);
         d->draw = stamp->draw;
     }
-    const stamp_lines *lines = memory_stamp(d->memory, stamp, &d->result->total);
-    return d->clock ? clock_stamp(d->clock, stamp, lines, &d->result->total) : STATUS_OK;
+    const stamp_lines *lines = memory_stamp(d->memory, stamp, &d->raw);
+    return d->clock ? clock_stamp(d->clock, stamp, lines, &d->raw) : STATUS_OK;
 }
 
-static status flush(detail *d, bool last)
+status detail_flush(detail *d, bool last)
 {
     uint32_t partition;
     access_unit cache;
     transfer transfer;
     status status = STATUS_OK;
-    while (status == STATUS_OK && memory_flush(d->memory, last, &partition, &cache, &transfer, &d->result->total))
+    while (status == STATUS_OK && memory_flush(d->memory, last, &partition, &cache, &transfer, &d->raw))
         if (d->clock)
             status = clock_flush(d->clock, partition, cache, &transfer);
     return status;
 }
 
-static int busiest(const uint64_t bounds[RESOURCE_COUNT], uint64_t cycles)
+int detail_busiest(const uint64_t bounds[RESOURCE_COUNT], uint64_t cycles)
 {
-    int busiest = 0;
+    int most = 0;
     for (int i = 1; i < RESOURCE_COUNT; i++)
-        busiest = bounds[i] > bounds[busiest] ? i : busiest;
-    return 2 * bounds[busiest] < cycles ? RESOURCE_COUNT : busiest;
+        most = bounds[i] > bounds[most] ? i : most;
+    return 2 * bounds[most] < cycles ? RESOURCE_COUNT : most;
 }
 
-static status keep_record(detail *d)
+status detail_keep_record(detail *d)
 {
     detail_result *r = d->result;
     if (r->pass_count == d->pass_capacity) {
@@ -110,6 +96,7 @@ static status keep_record(detail *d)
         r->iterations = grown;
         d->iteration_capacity = capacity;
     }
+    statistics_add(&r->total, &d->record.statistics);
     statistics_add(&r->iterations[iteration], &d->record.statistics);
     r->iteration_count = iteration >= r->iteration_count ? iteration + 1 : r->iteration_count;
     r->passes[r->pass_count++] = d->record;
@@ -118,21 +105,21 @@ static status keep_record(detail *d)
 
 static status finish_pass(detail *d, bool last)
 {
-    status status = d->clock ? clock_end_stamps(d->clock, &d->result->total) : STATUS_OK;
+    status status = d->clock ? clock_end_stamps(d->clock, &d->raw) : STATUS_OK;
     end_draw(d);
     if (status == STATUS_OK)
-        status = flush(d, last);
+        status = detail_flush(d, last);
     if (status == STATUS_OK && d->clock)
-        status = clock_end_pass(d->clock, &d->result->total);
+        status = clock_end_pass(d->clock, &d->raw);
     if (status != STATUS_OK)
         return status;
-    d->record.statistics = statistics_since(&d->result->total, &d->before_pass);
+    d->record.statistics = statistics_since(&d->raw, &d->before_pass);
     if (d->clock) {
         uint64_t cycles = clock_now(d->clock) - d->record.start;
         memcpy(d->record.bounds, clock_pass_bounds(d->clock), sizeof d->record.bounds);
         d->record.drained = clock_now(d->clock);
         d->record.last_fragment = clock_last_fragment(d->clock);
-        d->record.bound_by = busiest(d->record.bounds, cycles);
+        d->record.bound_by = detail_busiest(d->record.bounds, cycles);
         uint64_t most = 0;
         for (int i = 0; i < RESOURCE_COUNT; i++)
             most = d->record.bounds[i] > most ? d->record.bounds[i] : most;
@@ -142,7 +129,7 @@ static status finish_pass(detail *d, bool last)
         if (d->timeline)
             timeline_pass(d->timeline, &d->record);
     }
-    return keep_record(d);
+    return detail_keep_record(d);
 }
 
 static status end_pass(void *user)
@@ -168,6 +155,7 @@ static status make_models(detail *d, const program *program, trace *trace, const
     const arrival_options arrival_options = {.memory_bytes = options->memory_bytes,
                                              .region_pixels = m->tile_based ? (uint32_t)m->region_pixels : 0,
                                              .tiles = options->tiles,
+                                             .sampling = d->sampler ? &d->result->sampling : NULL,
                                              .hierarchical = m->hierarchical_depth,
                                              .early = m->early_depth};
     uint32_t slots[ACCESS_UNITS];
@@ -197,7 +185,7 @@ static status make_result(detail *d, const detail_options *options)
 static status check(detail *d, const detail_options *options)
 {
     detail_result *r = d->result;
-    status status = memory_check(d->memory, &r->total, d->report);
+    status status = d->sampler ? STATUS_OK : memory_check(d->memory, &d->raw, d->report);
     if (status == STATUS_OK && !options->tiles)
         status = arrival_check(d->arrival);
     memcpy(r->planes, memory_planes(d->memory), sizeof r->planes);
@@ -213,23 +201,33 @@ status detail_run(const program *program, const machine *machine, trace *trace, 
                 .report = report,
                 .draw = UINT32_MAX,
                 .timeline = options->clock ? options->clock->timeline : NULL};
-    const stamp_sink sink = {begin_pass, take_stamp, end_pass, &d};
+    const stamp_sink whole = {.begin_pass = begin_pass, .stamp = take_stamp, .end_pass = end_pass, .user = &d};
+    const stamp_sink sampled = {.begin_pass = sampled_begin_pass, .stamp = sampled_stamp, .end_pass = sampled_end_pass,
+                                .skip = sampled_skip, .phase = sampled_phase, .user = &d};
+    sampler sampler = {0};
     const double start = seconds_of_process();
     *result = NULL;
     d.result = calloc(1, sizeof *d.result);
     if (!d.result)
         return report_error(report, STATUS_IO, "out of memory");
+    if (options->level == DETAIL_SAMPLED) {
+        d.sampler = &sampler;
+        d.result->sampling = options->sampling ? *options->sampling : sampling_default();
+    }
     status status = make_models(&d, program, trace, function, options);
     if (status == STATUS_OK)
         status = make_result(&d, options);
     if (status == STATUS_OK)
-        status = arrival_run(d.arrival, &sink);
-    if (status == STATUS_OK)
+        status = arrival_run(d.arrival, d.sampler ? &sampled : &whole);
+    if (status == STATUS_OK && !d.sampler)
         status = drain(&d);
     if (status == STATUS_OK && d.clock)
         status = clock_finish(d.clock);
     if (status == STATUS_OK)
         status = check(&d, options);
+    if (status == STATUS_OK && d.sampler)
+        sampled_finish(&d);
+    free(sampler.windows);
     clock_destroy(d.clock);
     memory_destroy(d.memory);
     arrival_destroy(d.arrival);

@@ -6,6 +6,16 @@
 #include "compress.h"
 #include "memory.h"
 
+static uint8_t by_content(const memory *m, line_place at)
+{
+    const plane_layout *plane = &m->planes[at.plane];
+    if (!plane->compressed)
+        return STATE_WHOLE;
+    return (uint8_t)compress_quarters(m->frame->plane_formats[at.plane], m->frame->plane_bits[at.plane],
+                                      m->frame->contents(m->frame->user, at.plane, at.tile),
+                                      (int)(at.part * plane->part_lanes), (int)plane->part_lanes);
+}
+
 static uint8_t *state_of(const memory *m, line_place at)
 {
     const plane_layout *plane = &m->planes[at.plane];
@@ -111,15 +121,10 @@ static uint32_t burst_bytes(const memory *m, line_place at, uint64_t lanes, uint
 
 void write_line(memory *m, line_place at, uint64_t valid, uint64_t dirty, statistics *s, transfer *spill)
 {
-    const plane_layout *plane = &m->planes[at.plane];
     uint8_t *state = state_of(m, at);
     const uint64_t lanes = lanes_of(m, at);
     const bool whole = (valid & lanes) == lanes;
-    uint8_t quarters = STATE_WHOLE;
-    if (whole && plane->compressed)
-        quarters = (uint8_t)compress_quarters(m->frame->plane_formats[at.plane], m->frame->plane_bits[at.plane],
-                                              m->frame->contents(m->frame->user, at.plane, at.tile),
-                                              (int)(at.part * plane->part_lanes), (int)plane->part_lanes);
+    const uint8_t quarters = whole ? by_content(m, at) : STATE_WHOLE;
     *spill = (transfer){.address = line_address(m, at), .compressed = quarters < STATE_WHOLE};
     if (quarters == STATE_WHOLE && *state == STATE_WHOLE) {
         uint64_t offset = 0;

@@ -275,10 +275,22 @@ const stamp_lines *memory_stamp(memory *m, const stamp *stamp, statistics *s)
     m->out.partition = m->partition_of[stamp->tile];
     memset(m->out.counts, 0, sizeof m->out.counts);
     count_fragments(m, stamp, s);
-    if (m->regions)
+    if (m->regions && !stamp->hierarchical)  // a discarded stamp gets no further than the rasterizer
         region_enter(m, stamp->tile, s, &m->out.counts[ACCESS_DEPTH]);
     for (int i = 0; i < stamp->access_count; i++)
         touch_plane(m, stamp, &stamp->accesses[i], s);
     stream(m, stamp, s);
     return &m->out;
+}
+
+// Sampling: caches see what was executed, several stamps of a block as one, and nobody counts it.
+void memory_skip(memory *m, const stamp *stamp)
+{
+    statistics ignored = {0};
+    m->out.partition = m->partition_of[stamp->tile];
+    memset(m->out.counts, 0, sizeof m->out.counts);
+    if (m->regions)
+        region_enter(m, stamp->tile, &ignored, &m->out.counts[ACCESS_DEPTH]);
+    for (int i = 0; i < stamp->access_count; i++)
+        touch_plane(m, stamp, &stamp->accesses[i], &ignored);
 }

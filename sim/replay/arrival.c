@@ -31,6 +31,7 @@ status begin_pass(arrival *a, pass_kind kind, const char *name, bool numbered, c
         pass.triangles += info->draws[d].triangles;
         pass.vertices += info->draws[d].vertices;
         pass.primitives += a->stamps.primitives[d];
+        pass.stamps += a->stamps.counts[d];
         pass.binned += a->options.region_pixels ? a->stamps.region_pairs[d] : 0;
     }
     if (use) {
@@ -39,6 +40,9 @@ status begin_pass(arrival *a, pass_kind kind, const char *name, bool numbered, c
         pass.early = use->early;
         pass.shader_operations = use->shader_operations;
     }
+    if (kind != PASS_DRAW)
+        pass.stamps = a->tiling.tile_count;
+    phases_begin(a, pass.stamps);
     return a->sink->begin_pass(a->sink->user, &pass);
 }
 
@@ -47,18 +51,31 @@ static status end_pass(arrival *a)
     return a->sink->end_pass(a->sink->user);
 }
 
+// Looks at the stamp, or passes it over.
+static status take_stamp(arrival *a, const step *step, uint32_t chunk_number, uint32_t number, stamp_body *body)
+{
+    const stamp_chunk *chunk = &a->stamps.chunks[chunk_number];
+    const stamp_record *record = &chunk->records[number];
+    stamp_phase phase;
+    status status = phases_next(a, record->begins_primitive, &phase);
+    if (status != STATUS_OK)
+        return status;
+    if (phase == PHASE_SKIP)
+        return skip_stamp(a, step, chunk_number, number);
+    status = skip_run_all(a, step);  // so that caches have seen all that came before
+    return status == STATUS_OK ? body(a, step, chunk, record) : status;
+}
+
 static status each_by_region(arrival *a, const step *step, stamp_body *body)
 {
     const stamps *s = &a->stamps;
     status status = STATUS_OK;
     for (uint64_t i = 0; status == STATUS_OK && i < s->stamp_count; i++) {
-        const stamp_chunk *chunk = &s->chunks[s->by_region[i].chunk];
-        const stamp_record *record = &chunk->records[s->by_region[i].record];
-        if (!draws_class(a, step, record->draw))
-            continue;
-        status = body(a, step, chunk, record);
+        const stamp_place place = s->by_region[i];
+        if (draws_class(a, step, s->chunks[place.chunk].records[place.record].draw))
+            status = take_stamp(a, step, place.chunk, place.record, body);
     }
-    return status;
+    return status == STATUS_OK ? skip_run_all(a, step) : status;
 }
 
 status each_stamp(arrival *a, const step *step, stamp_body *body)
@@ -66,10 +83,14 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
     if (a->options.region_pixels)
         return each_by_region(a, step, body);
     status status = stamps_rewind(&a->stamps);
-    for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;)
+    for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;) {
+        const uint32_t number = (uint32_t)(chunk - a->stamps.chunks);
         for (uint32_t i = 0; status == STATUS_OK && i < chunk->count; i++)
             if (draws_class(a, step, chunk->records[i].draw))
-                status = body(a, step, chunk, &chunk->records[i]);
+                status = take_stamp(a, step, number, i, body);
+        if (status == STATUS_OK)
+            status = skip_run_all(a, step);  // the chunk may not stay
+    }
     return status;
 }
 
@@ -100,6 +121,16 @@ static bool tile_wanted(const arrival *a, uint32_t tile)
     return !a->options.tiles || a->options.tiles[tile];
 }
 
+// A stamp of a pass without draws, looked at or not.
+static status tell(arrival *a, const stamp *stamp)
+{
+    stamp_phase phase;
+    const status status = phases_next(a, false, &phase);
+    if (status != STATUS_OK)
+        return status;
+    return phase == PHASE_SKIP ? a->sink->skip(a->sink->user, stamp) : a->sink->stamp(a->sink->user, stamp);
+}
+
 static status fullscreen(arrival *a, const step *step)
 {
     const kernel_decl *kernel = &a->program->kernels[step->kernel];
@@ -120,7 +151,7 @@ static status fullscreen(arrival *a, const step *step)
         stamp_execute(a, step->kernel, NULL, NULL, tile, empty ? UINT64_MAX : lanes, &stamp);
         if (empty && lanes != UINT64_MAX)
             stamp_cut(a, lanes, &stamp);
-        status = a->sink->stamp(a->sink->user, &stamp);
+        status = tell(a, &stamp);
     }
     return status == STATUS_OK ? end_pass(a) : status;
 }
@@ -155,7 +186,7 @@ static status copy(arrival *a, const step *step)
         a->accesses[1] = (plane_access){(uint8_t)to, unit, 0, lanes};
         stamp.accesses = a->accesses;
         stamp.access_count = 2;
-        status = a->sink->stamp(a->sink->user, &stamp);
+        status = tell(a, &stamp);
     }
     return status == STATUS_OK ? end_pass(a) : status;
 }
@@ -247,7 +278,7 @@ status arrival_run(arrival *a, const stamp_sink *sink)
 {
     status status = STATUS_OK;
     a->sink = sink;
-    a->condition = a->pass_number = a->iteration = 0;
+    a->condition = a->pass_number = a->iteration = a->passes_begun = 0;
     a->nest = 0;
     for (int i = 0; i < a->program->plane_count; i++)
         a->plane_at[i] = (uint8_t)i;

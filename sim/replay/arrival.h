@@ -23,12 +23,32 @@ typedef struct kernel_use {
     bool free_kernel, has_skip;
     bool hierarchical, early, early_directly;  // directly: the depth test's outcome for discarded fragments is not in the log
     int depth_plane;                // of the test
+    bool depth_write;
     compare_function depth_function;
     uint32_t shader_operations;
     int texture_planes;             // reads of planes as textures for each fragment
     uint32_t depth_formats;         // bit f: it looks at the fragment's depth as a code of format f
     bool color, primitive;          // it looks at the fragment's colour, its primitive
 } kernel_use;
+
+typedef struct depth_range { uint32_t least, most; } depth_range;
+typedef struct block_range { uint64_t pass; depth_range range; } block_range;  // of a pass's depth plane, if it is this pass
+
+// Which stamps of the pass at hand are looked at (sampling.c).
+typedef struct phase_plan {
+    uint64_t stamps, at;            // of the pass; the next one's number
+    uint64_t begun;                 // primitives that began before it
+    uint64_t window_start;          // of the stratum at hand
+    uint32_t window;                // its number
+    bool whole;                     // too short a pass for windows
+    stamp_phase phase;              // that the sink knows of
+    bool told;                      // it knows of any
+    uint32_t window_told;
+} phase_plan;
+
+// Stamps of a block that were passed over and not run yet (skip.c): their lanes do not overlap.
+typedef struct skipped { uint32_t chunk, record, next; } skipped;
+typedef struct skipped_block { uint32_t first, last; uint64_t lanes; bool listed; } skipped_block;
 
 typedef struct list_entry { uint64_t place, order; uint32_t code; float rgba[4]; } list_entry;
 
@@ -54,11 +74,17 @@ struct arrival {
     uint64_t *counts;               // of instructions, not looked at
     lane_log *log;
     uint32_t *lanes_of_columns;     // dense columns spread over lanes
+    block_range *ranges;            // of each block
     const stamp_sink *sink;
+    phase_plan plan_of_phases;
+    skipped *skipped;
+    uint32_t skipped_count, skipped_capacity;
+    skipped_block *skipped_blocks;  // one a block
+    uint32_t *skipped_tiles, skipped_tile_count;
     plane_access accesses[PLANE_MAX * 2];
 
     // While it runs:
-    uint64_t condition, pass_number, iteration;
+    uint64_t condition, pass_number, iteration, passes_begun;
     int nest;
     const draw_batches *batches;
     uint32_t batch;
@@ -75,19 +101,33 @@ status kernel_use_find(const program *program, const bound_program *bound, const
 uint32_t quads_of(const tiling *tiling, uint64_t lanes);
 // Lanes for which the depth test would hold.
 uint64_t depth_test_lanes(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes);
-// Whether none of `count` fragments can pass, by their and the block's least and greatest depth.
-bool depth_range_fails(compare_function function, const uint32_t *codes, uint32_t count, const uint32_t *plane);
+// Least and greatest of so many codes of depth.
+depth_range depth_range_of(const uint32_t *codes, uint32_t count);
+// Whether no fragment can pass, by their and the block's range.
+bool depth_range_fails(compare_function function, depth_range fragments, depth_range block);
 
 uint32_t *arrival_plane(const arrival *arrival, int storage, uint32_t tile);
+// Whether hierarchical depth discards a stamp: then its kernel would change nothing (stamp_run.c). What was passed over and not
+// run yet can only narrow the block's range further, so a stamp that fails now would fail then.
+bool stamp_discarded(arrival *arrival, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record);
 // Runs the kernel on the lanes of a block and describes what it did; `record` NULL: a full-screen pass (stamp_run.c).
 void stamp_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
                    uint64_t lanes, stamp *stamp);
+// Runs stamps that were passed over, from number `first` on, as one; describes which planes they read and wrote alone.
+void stamp_execute_merged(arrival *arrival, int kernel, uint32_t first, uint32_t tile, uint64_t lanes, stamp *stamp);
 // Leaves of a full-screen stamp only what it did to these lanes.
 void stamp_cut(arrival *arrival, uint64_t lanes, stamp *stamp);
 // Calls body for each stamp of the draws, in the machine's order (arrival.c).
 typedef status stamp_body(arrival *arrival, const step *step, const stamp_chunk *chunk, const stamp_record *record);
 status each_stamp(arrival *arrival, const step *step, stamp_body *body);
 status begin_pass(arrival *arrival, pass_kind kind, const char *name, bool numbered, const step *step, const kernel_use *use);
+// Sampling (sampling.c): begins a pass of so many stamps; the phase of its next stamp, told to the sink where it changes.
+void phases_begin(arrival *arrival, uint64_t stamps);
+status phases_next(arrival *arrival, bool begins_primitive, stamp_phase *phase);
+// Sampling (skip.c): a stamp to be run without being looked at, later, together with others of its block.
+status skip_stamp(arrival *arrival, const step *step, uint32_t chunk, uint32_t record);
+status skip_run_tile(arrival *arrival, const step *step, uint32_t tile);  // runs those of a block now
+status skip_run_all(arrival *arrival, const step *step);
 // A `list` step: keeps, then sorts and blends (arrival_list.c).
 status arrival_list(arrival *arrival, const step *step);
 

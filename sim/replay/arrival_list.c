@@ -119,6 +119,7 @@ static status resolve(arrival *a, const step *step)
 {
     const kernel_use use = {.free_kernel = true};
     status status = begin_pass(a, PASS_FULLSCREEN, "resolve", true, step, &use);
+    a->plan_of_phases.whole = true;  // entries are gone through in order
     const list_entry *entry = a->entries, *end = a->entries + a->entry_count;
     if (a->entry_count)
         qsort(a->entries, a->entry_count, sizeof *a->entries, by_sample_and_depth);
@@ -133,7 +134,10 @@ static status resolve(arrival *a, const step *step)
         stamp.list_bytes = (uint32_t)(entry - first) * entry_bytes(a, step);
         stamp.kernel_slots = resolve_slots(a, tile);
         a->accesses[0] = (plane_access){a->plane_at[step->plane], ACCESS_COLOR, lanes, lanes};
-        status = a->sink->stamp(a->sink->user, &stamp);
+        stamp_phase phase;
+        status = phases_next(a, false, &phase);
+        if (status == STATUS_OK)
+            status = a->sink->stamp(a->sink->user, &stamp);
     }
     return status == STATUS_OK ? a->sink->end_pass(a->sink->user) : status;
 }
@@ -146,6 +150,7 @@ status arrival_list(arrival *a, const step *step)
     if (!a->list_lengths)
         return report_error(a->report, STATUS_IO, "out of memory: lists of fragments");
     status status = begin_pass(a, PASS_DRAW, "list", true, step, &use);
+    a->plan_of_phases.whole = true;  // it is no kernel that could be run without being looked at
     if (status == STATUS_OK)
         status = each_stamp(a, step, append_stamp);
     if (status == STATUS_OK)

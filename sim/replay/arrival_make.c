@@ -47,6 +47,7 @@ static status make_stamps(arrival *a, trace *trace)
     const uint32_t lists = list_formats(a);
     const stamp_request request = {
         .depth_formats = bound_depth_formats(a->bound) | lists,
+        .range_format = a->machine->depth_format,
         .color = lists || bound_reads(a->bound, SOURCE_FRAGMENT_COLOR) || bound_reads(a->bound, SOURCE_FRAGMENT_PREMUL),
         .memory_bytes = a->options.memory_bytes ? a->options.memory_bytes : DEFAULT_MEMORY,
         .tiles = a->options.tiles,
@@ -67,10 +68,11 @@ static status make_planes(arrival *a)
     a->storage = aligned_alloc(64, a->storage_count ? a->storage_count * tile_bytes : 64);
     a->empty_storage = aligned_alloc(64, tile_bytes ? tile_bytes : 64);
     a->empty_before = malloc(tile_bytes + 1);
+    a->ranges = calloc(tiles, sizeof *a->ranges);
     a->counts = calloc((size_t)a->plan.count_total + 1, sizeof *a->counts);
     a->log = calloc(2 * WORD_MAX, sizeof *a->log);
     a->lanes_of_columns = aligned_alloc(64, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
-    const bool good = a->storage && a->empty_storage && a->empty_before && a->counts && a->log && a->lanes_of_columns;
+    const bool good = a->storage && a->empty_storage && a->empty_before && a->ranges && a->counts && a->log && a->lanes_of_columns;
     if (good)
         memset(a->lanes_of_columns, 0, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
     return good ? STATUS_OK : refuse_memory(a);
@@ -150,6 +152,10 @@ void arrival_destroy(arrival *a)
     free(a->log);
     free(a->lanes_of_columns);
     free(a->entries);
+    free(a->ranges);
+    free(a->skipped);
+    free(a->skipped_blocks);
+    free(a->skipped_tiles);
     free(a);
 }
 

@@ -25,6 +25,7 @@ static void find_tests(const pass_decl *pass, kernel_use *use)
     if (!tests_depth(pass) || !keeps_stencil_on_failure(pass))
         return;
     use->depth_plane = pass->depth_plane;
+    use->depth_write = pass->depth_write;
     use->depth_function = pass->depth_function;
     use->hierarchical = pass->depth_function != COMPARE_notequal;
     use->early = !discards || !writes;

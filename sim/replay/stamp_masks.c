@@ -38,26 +38,25 @@ uint64_t depth_test_lanes(compare_function function, const uint32_t *codes, cons
 }
 
 // Codes of depth stay below 2^31, so that signed compares do, which every processor has as vectors.
-static void widen(const uint32_t *codes, uint32_t count, int32_t *least, int32_t *most)
+depth_range depth_range_of(const uint32_t *codes, uint32_t count)
 {
+    int32_t least = INT32_MAX, most = 0;
     for (uint32_t i = 0; i < count; i++) {
         const int32_t code = (int32_t)codes[i];
-        *least = code < *least ? code : *least;
-        *most = code > *most ? code : *most;
+        least = code < least ? code : least;
+        most = code > most ? code : most;
     }
+    return (depth_range){(uint32_t)least, (uint32_t)most};
 }
 
-bool depth_range_fails(compare_function function, const uint32_t *codes, uint32_t count, const uint32_t *plane)
+bool depth_range_fails(compare_function function, depth_range fragments, depth_range block)
 {
-    int32_t least = INT32_MAX, most = 0, block_least = INT32_MAX, block_most = 0;
-    widen(codes, count, &least, &most);
-    widen(plane, TILE_LANES, &block_least, &block_most);
     switch (function) {
-    case COMPARE_less: return least >= block_most;
-    case COMPARE_lequal: return least > block_most;
-    case COMPARE_greater: return most <= block_least;
-    case COMPARE_gequal: return most < block_least;
-    case COMPARE_equal: return least > block_most || most < block_least;
+    case COMPARE_less: return fragments.least >= block.most;
+    case COMPARE_lequal: return fragments.least > block.most;
+    case COMPARE_greater: return fragments.most <= block.least;
+    case COMPARE_gequal: return fragments.most < block.least;
+    case COMPARE_equal: return fragments.least > block.most || fragments.most < block.least;
     case COMPARE_never: return true;
     default: return false;
     }

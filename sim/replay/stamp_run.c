@@ -90,11 +90,18 @@ static void describe(arrival *a, int kernel, const kernel_use *use, stamp *stamp
         add_access(a, stamp, a->plane_at[use->depth_plane], ACCESS_DEPTH, lanes, 0);
 }
 
-// Whether hierarchical depth discards the stamp. Then its kernel would change nothing, and is not run.
-static bool discarded(const arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record, const uint32_t *plane)
+bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record)
 {
-    const uint32_t *codes = chunk->codes[bound_plane_format(a->bound, use->depth_plane)] + record->offset;
-    return depth_range_fails(use->depth_function, codes, count_lanes(record->lanes), plane);
+    const format format = use->depth_plane >= 0 ? bound_plane_format(a->bound, use->depth_plane) : a->machine->depth_format;
+    block_range *block = &a->ranges[record->tile];
+    if (!a->options.hierarchical || !use->hierarchical)
+        return false;
+    if (block->pass != a->passes_begun)
+        *block = (block_range){a->passes_begun, depth_range_of(arrival_plane(a, a->plane_at[use->depth_plane], record->tile), TILE_LANES)};
+    const depth_range known = {record->nearest, record->farthest};
+    const depth_range range = format == a->machine->depth_format ? known
+                              : depth_range_of(chunk->codes[format] + record->offset, count_lanes(record->lanes));
+    return depth_range_fails(use->depth_function, range, block->range);
 }
 
 void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
@@ -109,8 +116,7 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
     stamp->draw = record ? record->draw : UINT32_MAX;
     stamp->accesses = a->accesses;
     stamp->quads = quads_of(&a->tiling, lanes);
-    if (tests && a->options.hierarchical && use->hierarchical &&
-        discarded(a, use, chunk, record, arrival_plane(a, a->plane_at[use->depth_plane], tile))) {
+    if (record && stamp_discarded(a, use, chunk, record)) {
         stamp->hierarchical = true;
         stamp->shaded = 0;
         return;
@@ -123,7 +129,46 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
         stamp->shaded = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
                                          planes[use->depth_plane], lanes);
     a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    if (use->depth_write)
+        a->ranges[tile].pass = 0;  // it may be another now
     describe(a, kernel, use, stamp);
+}
+
+// The columns of several stamps, over lanes of their own.
+static void spread_merged(arrival *a, const kernel_use *use, uint32_t first, batch *batch)
+{
+    uint32_t *next = a->lanes_of_columns;
+    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, next += TILE_LANES)
+        batch->depth[__builtin_ctz(formats)] = next;
+    for (int c = 0; use->color && c < 4; c++, next += TILE_LANES)
+        batch->rgba[c] = (const float *)(const void *)next;
+    batch->primitive = next;
+    for (uint32_t i = first; i != UINT32_MAX; i = a->skipped[i].next) {
+        const stamp_chunk *chunk = &a->stamps.chunks[a->skipped[i].chunk];
+        const stamp_record *record = &chunk->records[a->skipped[i].record];
+        uint32_t *to = a->lanes_of_columns;
+        for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, to += TILE_LANES)
+            expand_lanes(to, chunk->codes[__builtin_ctz(formats)] + record->offset, record->lanes);
+        for (int c = 0; use->color && c < 4; c++, to += TILE_LANES)
+            expand_lanes(to, chunk->rgba[c] + record->offset, record->lanes);
+        for (uint64_t left = use->primitive ? record->lanes : 0; left; left &= left - 1)
+            to[__builtin_ctzll(left)] = record->primitive;
+    }
+}
+
+void stamp_execute_merged(arrival *a, int kernel, uint32_t first, uint32_t tile, uint64_t lanes, stamp *stamp)
+{
+    const kernel_use *use = &a->uses[kernel];
+    tile_plane planes[PLANE_MAX];
+    batch batch = {.lanes = lanes, .log = a->log};
+    for (int i = 0; i < a->program->plane_count; i++)
+        planes[i] = arrival_plane(a, a->plane_at[i], tile);
+    spread_merged(a, use, first, &batch);
+    a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    if (use->depth_write)
+        a->ranges[tile].pass = 0;
+    *stamp = (struct stamp){.tile = tile, .lanes = lanes, .shaded = lanes, .draw = UINT32_MAX, .accesses = a->accesses};
+    describe_accesses(a, use, stamp);
 }
 
 void stamp_cut(arrival *a, uint64_t lanes, stamp *stamp)

@@ -107,7 +107,7 @@ static void put_records(const stamp_pending *p, stamp_chunk *chunk)
     uint64_t offset = chunk->fragment_count;
     for (uint32_t i = 0; i < p->tile_count; i++) {
         p->offsets[i] = offset;
-        chunk->records[chunk->count++] = (stamp_record){p->lanes[i], offset, p->tiles[i], p->primitive, p->draw, i == 0};
+        chunk->records[chunk->count++] = (stamp_record){p->lanes[i], offset, p->tiles[i], p->primitive, p->draw, i == 0, UINT32_MAX, 0};
         offset += count_lanes(p->lanes[i]);
     }
     chunk->fragment_count = offset;
@@ -115,13 +115,19 @@ static void put_records(const stamp_pending *p, stamp_chunk *chunk)
 
 static void put_fragments(const stamps *s, const stamp_pending *p, stamp_chunk *chunk)
 {
+    stamp_record *records = chunk->records + chunk->count - p->tile_count;
     const bool reversed = trace_get_info(s->trace)->reversed_depth;
     for (uint32_t i = 0; i < p->count; i++) {
         const uint64_t before = p->lanes[p->stamp[i]] & ((1ull << p->lane[i]) - 1);
         const uint64_t at = p->offsets[p->stamp[i]] + count_lanes(before);
         for (uint32_t formats = s->request.depth_formats; formats; formats &= formats - 1) {
             const int f = __builtin_ctz(formats);
-            chunk->codes[f][at] = format_depth_to_code((format)f, p->depth[i], reversed);
+            const uint32_t code = chunk->codes[f][at] = format_depth_to_code((format)f, p->depth[i], reversed);
+            if (f != (int)s->request.range_format)
+                continue;
+            stamp_record *record = &records[p->stamp[i]];
+            record->nearest = code < record->nearest ? code : record->nearest;
+            record->farthest = code > record->farthest ? code : record->farthest;
         }
         for (int c = 0; s->request.color && c < 4; c++)
             chunk->rgba[c][at] = p->rgba[i][c];
@@ -151,6 +157,7 @@ static bool end_primitive(stamps *s, stamp_chunk *chunk, bool counting)
     if (counting) {
         s->primitives[p->draw]++;
         s->stamp_count += p->tile_count;
+        s->counts[p->draw] += p->tile_count;
         for (uint32_t i = 0; i < p->tile_count; i++)
             s->touched[p->tiles[i]] = 1;
         if (s->request.region_pixels)
@@ -301,8 +308,9 @@ status stamps_make(trace *trace, const tiling *tiling, const stamp_request *requ
     *s = (stamps){.trace = trace, .tiling = tiling, .request = *request, .report = report};
     s->pending = calloc(1, sizeof *s->pending);
     s->touched = calloc(tiling->tile_count, 1);
-    s->primitives = calloc(2 * (size_t)draws + 1, sizeof *s->primitives);
+    s->primitives = calloc(3 * (size_t)draws + 1, sizeof *s->primitives);
     s->region_pairs = s->primitives ? s->primitives + draws : NULL;
+    s->counts = s->primitives ? s->primitives + 2 * (size_t)draws : NULL;
     if (!s->pending || !s->touched || !s->primitives)
         return refuse_memory(report);
     s->pending->stamp_of_tile = calloc(tiling->tile_count, sizeof *s->pending->stamp_of_tile);

@@ -11,6 +11,7 @@ typedef struct stamp_record {
     uint32_t tile, primitive;
     uint32_t draw;
     bool begins_primitive;
+    uint32_t nearest, farthest;  // code of its fragments' depths, in stamp_request.range_format
 } stamp_record;
 
 typedef struct stamp_chunk {
@@ -23,6 +24,7 @@ typedef struct stamp_chunk {
 
 typedef struct stamp_request {
     uint32_t depth_formats;  // bit f: codes of format f
+    format range_format;     // in which stamps know their range of depth, if it is one of these
     bool color;
     uint64_t memory_bytes;
     const uint8_t *tiles;    // NULL, or one a block: only those that are not 0
@@ -42,6 +44,7 @@ typedef struct stamps {
     bool whole;              // all are there
     uint8_t *touched;        // one a block: it has a fragment
     uint64_t *primitives;    // of each draw: runs of stamps
+    uint64_t *counts;        // of each draw: stamps
     uint64_t *region_pairs;  // of each draw: primitives times the regions they touch, if regions were asked for
     stamp_place *by_region;  // then: all stamps by region, each region's in order of arrival
     uint64_t stamp_count;

@@ -19,7 +19,7 @@ typedef struct csv_row {
 static void write_header(const detail_result *detail, FILE *file)
 {
     fputs("scope,index,number,kind,name,iteration", file);
-    if (detail->level == DETAIL_CYCLE) {
+    if (detail->level >= DETAIL_CYCLE) {
         fputs(",start,last_fragment,drained,bound_by", file);
         for (int i = 0; i < RESOURCE_COUNT; i++)
             fprintf(file, ",bound_%s", clock_resource_names[i]);
@@ -42,7 +42,7 @@ static void write_pass(const pass_record *pass, detail_level level, FILE *file)
                 pass->info.name, pass->info.iteration);
     else
         fputs(",,,,", file);
-    if (level != DETAIL_CYCLE)
+    if (level < DETAIL_CYCLE)
         return;
     if (pass)
         fprintf(file, ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%s", pass->start, pass->last_fragment, pass->drained,

@@ -60,13 +60,29 @@ static void add_cycles(json_t *object, const detail_result *detail)
     json_object_set_new(object, "bound_cycles", json_count(detail->bound_cycles));
 }
 
+// How a run was sampled, and what its statistics may be off by.
+static void add_sampling(json_t *object, const detail_result *detail)
+{
+    const sampling *sampling = &detail->sampling;
+    json_t *intervals = json_object();
+    json_object_set_new(object, "sampling",
+                        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "seed", json_count(sampling->seed), "head",
+                                  json_count(sampling->head), "lead", json_count(sampling->lead), "window",
+                                  json_count(sampling->window), "period", json_count(sampling->period), "windows",
+                                  json_count(detail->windows), "stamps", json_count(detail->stamps), "stamps_measured",
+                                  json_count(detail->stamps_measured)));
+    for (int i = 0; i < STATISTIC_COUNT; i++)
+        json_object_set_new(intervals, statistic_rows[i].name, json_number(detail->half_widths[i]));
+    json_object_set_new(object, "half_widths", intervals);
+}
+
 static json_t *pass_object(const pass_record *pass, const detail_result *detail)
 {
     const pass_info *info = &pass->info;
     json_t *object =
         json_pack("{s:o, s:s, s:s, s:o}", "number", json_count(info->number), "kind", pass_kind_names[info->kind],
                   "name", info->name, "iteration", json_count(info->iteration));
-    if (detail->level == DETAIL_CYCLE) {
+    if (detail->level >= DETAIL_CYCLE) {
         json_t *bounds = json_object();
         for (int i = 0; i < RESOURCE_COUNT; i++)
             json_object_set_new(bounds, clock_resource_names[i], json_count(pass->bounds[i]));
@@ -99,8 +115,10 @@ status detail_write_json(const run_result *function, const detail_result *detail
     if (!object)
         return result_save(NULL, path, report);
     json_object_set_new(object, "memory", memory_object(detail));
-    if (detail->level == DETAIL_CYCLE)
+    if (detail->level >= DETAIL_CYCLE)
         add_cycles(object, detail);
+    if (detail->level == DETAIL_SAMPLED)
+        add_sampling(object, detail);
     json_object_set_new(object, "occupancy", occupancy_object(detail));
     add_statistics(object, &detail->total, detail);
     json_t *passes = json_array();

@@ -9,7 +9,7 @@ enum { PASSES_ALL = 40, PASSES_LONGEST = 10 };
 static uint64_t pass_length(const detail_result *detail, uint64_t index)
 {
     const pass_record *pass = &detail->passes[index];
-    if (detail->level == DETAIL_CYCLE)
+    if (detail->level >= DETAIL_CYCLE)
         return pass->drained - pass->start;
     return pass->statistics.memory_bytes_read + pass->statistics.memory_bytes_written;
 }
@@ -46,7 +46,7 @@ static void print_pass(const detail_result *detail, uint64_t index, FILE *out)
     fprintf(out, "  %6s %9s  %-10s %-20s %12" PRIu64 " %12" PRIu64 " %12" PRIu64, number, iteration,
             pass_kind_names[info->kind], info->name, pass->statistics.fragments, pass->statistics.memory_bytes_read,
             pass->statistics.memory_bytes_written);
-    if (detail->level == DETAIL_CYCLE)
+    if (detail->level >= DETAIL_CYCLE)
         fprintf(out, " %12" PRIu64 "  %s", pass_length(detail, index), clock_resource_names[pass->bound_by]);
     fputc('\n', out);
 }
@@ -58,10 +58,10 @@ void detail_print_passes(const detail_result *detail, FILE *out)
     const uint64_t count = all ? detail->pass_count : (uint64_t)choose_longest(detail, longest);
     if (!all)
         fprintf(out, "\n  the %" PRIu64 " of %" PRIu64 " passes that %s", count, detail->pass_count,
-                detail->level == DETAIL_CYCLE ? "took longest" : "moved most bytes");
+                detail->level >= DETAIL_CYCLE ? "took longest" : "moved most bytes");
     fprintf(out, "\n  %6s %9s  %-10s %-20s %12s %12s %12s", "pass", "iteration", "kind", "name", "fragments",
             "bytes read", "written");
-    if (detail->level == DETAIL_CYCLE)
+    if (detail->level >= DETAIL_CYCLE)
         fprintf(out, " %12s  %s", "cycles", "bound by");
     fputc('\n', out);
     for (uint64_t i = 0; i < count; i++)

@@ -104,7 +104,7 @@ status detail_print(const detail_result *detail, FILE *out)
     fprintf(out, "\n%s on %s, %" PRIu64 " passes\n", detail_level_names[detail->level], detail->machine.name,
             detail->pass_count);
     print_memory(detail, out);
-    if (detail->level == DETAIL_CYCLE) {
+    if (detail->level >= DETAIL_CYCLE) {
         print_time(detail, out);
         print_bounds(detail, out);
         print_stalls(detail, out);

@@ -1,0 +1,49 @@
+// What the files of a run at a deeper level share: detail.c runs it, sampled.c estimates a run from parts of it.
+#ifndef ROPSIM_DETAIL_H
+#define ROPSIM_DETAIL_H
+
+#include "../levels.h"
+
+// Of the level sampled: what was measured of the pass at hand.
+typedef struct sampler {
+    stamp_phase phase;
+    bool any, running;           // a phase was told; units hold stamps
+    statistics at;               // when the phase began
+    statistics exact, head;      // of the pass: what is not sampled; its first stamps
+    statistics *windows;         // a row each
+    uint32_t window_count, window_capacity;
+    uint64_t head_stamps;
+    double variances[STATISTIC_COUNT];  // of the sum over all passes so far
+    uint64_t freedom;            // degrees of
+} sampler;
+
+typedef struct detail {
+    const machine *machine;
+    const report *report;
+    arrival *arrival;
+    memory *memory;
+    clock_state *clock;          // NULL at the level traffic
+    detail_result *result;
+    uint64_t pass_capacity, iteration_capacity;
+    pass_record record;          // of the pass at hand
+    statistics before_pass, before_draw;
+    uint32_t draw;               // whose stamps come now; UINT32_MAX: none's
+    timeline *timeline;          // NULL: none
+    statistics raw;              // what models count
+    sampler *sampler;            // NULL: every stamp is looked at
+} detail;
+
+// detail.c
+status detail_keep_record(detail *detail);
+status detail_flush(detail *detail, bool last);
+int detail_busiest(const uint64_t bounds[RESOURCE_COUNT], uint64_t cycles);
+
+// sampled.c: what a sink does, and the intervals at the end.
+status sampled_begin_pass(void *user, const pass_info *pass);
+status sampled_stamp(void *user, const stamp *stamp);
+status sampled_skip(void *user, const stamp *stamp);
+status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t begun);
+status sampled_end_pass(void *user);
+void sampled_finish(detail *detail);
+
+#endif

@@ -1,0 +1,212 @@
+// The level sampled: a pass from its head, its windows and its end.
+//
+// estimate of a pass = what is known exactly (geometry) + head + mean of windows * stamps behind the head + end (the flush and
+// the drain). A window's cycles are those between the last stamp before it and the last of it being done. Windows lie at random places, one a
+// stratum, so the sum is unbiased but for units that a lead does not fill, and for the order in which
+// caches see stamps that were run together. Its variance comes from differences of
+// neighbouring windows (Cochran 1977, 8.8), which trends within a pass do not widen; it adds up over passes.
+#include "detail.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static uint64_t *values(statistics *s)
+{
+    return (uint64_t *)(void *)s;
+}
+
+// ---- Measuring -----------------------------------------------------------------------------------------
+
+status sampled_begin_pass(void *user, const pass_info *pass)
+{
+    detail *d = user;
+    sampler *s = d->sampler;
+    const statistics before = d->raw;
+    d->record = (pass_record){.info = *pass};
+    s->any = s->running = false;
+    s->window_count = 0;
+    s->head_stamps = 0;
+    s->head = (statistics){0};
+    memory_begin_pass(d->memory, &d->record.info, &d->raw);
+    s->exact = statistics_since(&d->raw, &before);
+    return clock_begin_pass(d->clock, &d->record.info, &d->raw);
+}
+
+static bool add_window(sampler *s, const statistics *window)
+{
+    if (s->window_count == s->window_capacity) {
+        const uint32_t capacity = s->window_capacity ? 2 * s->window_capacity : 16;
+        statistics *grown = realloc(s->windows, capacity * sizeof *grown);
+        if (!grown)
+            return false;
+        s->windows = grown;
+        s->window_capacity = capacity;
+    }
+    s->windows[s->window_count++] = *window;
+    return true;
+}
+
+// Ends the phase at hand: units run empty, and what was measured is kept.
+static status end_phase(detail *d)
+{
+    sampler *s = d->sampler;
+    uint64_t unmeasured, measured;
+    if (!s->any || !s->running)
+        return STATUS_OK;
+    const status status = clock_idle(d->clock, &d->raw);
+    if (status != STATUS_OK)
+        return status;
+    s->running = false;
+    if (s->phase != PHASE_HEAD && s->phase != PHASE_MEASURE)
+        return STATUS_OK;
+    clock_settle(d->clock, &d->raw);
+    clock_done(d->clock, &unmeasured, &measured);
+    statistics since = statistics_since(&d->raw, &s->at);
+    since.cycles = since.fragment_cycles = measured > unmeasured ? measured - unmeasured : 0;
+    if (s->phase == PHASE_HEAD) {
+        s->head = since;
+        s->head_stamps = since.stamps;
+        return STATUS_OK;
+    }
+    return add_window(s, &since) ? STATUS_OK : report_error(d->report, STATUS_IO, "out of memory: windows");
+}
+
+status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t begun)
+{
+    detail *d = user;
+    sampler *s = d->sampler;
+    const bool leads_in = s->any && s->phase == PHASE_LEAD && phase == PHASE_MEASURE;
+    status status = STATUS_OK;
+    (void)window;
+    if (!leads_in)
+        status = end_phase(d);
+    if (phase == PHASE_HEAD || phase == PHASE_LEAD || phase == PHASE_MEASURE) {
+        if (!s->running && s->any)
+            clock_resume(d->clock, begun);
+        s->running = true;
+        clock_settle(d->clock, &d->raw);
+        clock_measure(d->clock, phase != PHASE_LEAD);
+        s->at = d->raw;
+    }
+    s->phase = phase;
+    s->any = true;
+    return status;
+}
+
+status sampled_stamp(void *user, const stamp *stamp)
+{
+    detail *d = user;
+    const stamp_lines *lines = memory_stamp(d->memory, stamp, &d->raw);
+    return clock_stamp(d->clock, stamp, lines, &d->raw);
+}
+
+status sampled_skip(void *user, const stamp *stamp)
+{
+    detail *d = user;
+    memory_skip(d->memory, stamp);
+    return STATUS_OK;
+}
+
+// ---- Estimating ----------------------------------------------------------------------------------------
+
+// Adds the sum over all stamps behind the head, and its variance.
+static void estimate(detail *d, uint64_t stamps)
+{
+    sampler *s = d->sampler;
+    uint64_t measured = 0;
+    for (uint32_t w = 0; w < s->window_count; w++)
+        measured += s->windows[w].stamps;
+    d->result->stamps += stamps + s->head_stamps;
+    d->result->stamps_measured += measured + s->head_stamps;
+    d->result->windows += s->window_count;
+    if (!measured)
+        return;
+    const double scale = (double)stamps / (double)measured, m = s->window_count;
+    for (int i = 0; i < STATISTIC_COUNT; i++) {
+        double sum = 0, squares = 0;
+        for (uint32_t w = 0; w < s->window_count; w++) {
+            const double value = (double)values(&s->windows[w])[i];
+            sum += value;
+            if (w) {
+                const double step = value - (double)values(&s->windows[w - 1])[i];
+                squares += step * step;
+            }
+        }
+        values(&d->record.statistics)[i] += (uint64_t)llround(scale * sum);
+        if (s->window_count > 1)
+            s->variances[i] += scale * scale * m * squares / (2 * (m - 1)) * (1 - 1 / scale);
+    }
+    s->freedom += s->window_count - 1;
+}
+
+static void estimate_bounds(detail *d)
+{
+    const statistics *s = &d->record.statistics;
+    const uint64_t parts = (uint64_t)d->machine->partitions;
+    const uint64_t bounds[RESOURCE_COUNT] = {
+        [RESOURCE_GEOMETRY] = s->geometry_busy,        [RESOURCE_RASTER] = s->raster_busy,
+        [RESOURCE_SHADER] = s->shader_busy / parts,    [RESOURCE_TEXTURE] = s->texture_busy / parts,
+        [RESOURCE_DEPTH] = s->depth_busy / parts,      [RESOURCE_COLOR] = s->color_busy / parts,
+        [RESOURCE_KERNEL] = s->kernel_busy / parts,    [RESOURCE_MEMORY] = s->memory_busy / parts,
+        [RESOURCE_CLEAR] = clock_pass_bounds(d->clock)[RESOURCE_CLEAR],
+    };
+    memcpy(d->record.bounds, bounds, sizeof bounds);
+    uint64_t most = 0;
+    for (int i = 0; i < RESOURCE_COUNT; i++)
+        most = bounds[i] > most ? bounds[i] : most;
+    d->result->bound_cycles += most;
+    d->record.bound_by = detail_busiest(bounds, s->cycles);
+}
+
+status sampled_end_pass(void *user)
+{
+    detail *d = user;
+    sampler *s = d->sampler;
+    status status = end_phase(d);
+    const bool whole = !s->window_count;
+    if (status == STATUS_OK)
+        status = clock_end_stamps(d->clock, &d->raw);
+    clock_settle(d->clock, &d->raw);
+    s->at = d->raw;
+    if (status == STATUS_OK)
+        status = detail_flush(d, false);
+    if (status == STATUS_OK)
+        status = clock_end_pass(d->clock, &d->raw);
+    if (status != STATUS_OK)
+        return status;
+    statistics end = statistics_since(&d->raw, &s->at);
+    const uint64_t pass_cycles = end.cycles, drain = clock_now(d->clock) - clock_last_fragment(d->clock);
+    d->record.statistics = s->exact;
+    end.cycles = end.fragment_cycles = 0;
+    statistics_add(&d->record.statistics, &s->head);
+    statistics_add(&d->record.statistics, &end);
+    estimate(d, d->record.info.stamps > s->head_stamps ? d->record.info.stamps - s->head_stamps : 0);
+    statistics *r = &d->record.statistics;
+    if (whole) {
+        r->cycles = pass_cycles;
+        r->fragment_cycles = pass_cycles - drain;
+    } else {
+        r->fragment_cycles = r->cycles;
+        r->cycles += drain;
+    }
+    estimate_bounds(d);
+    d->record.start = d->result->drained_cycles;
+    d->record.last_fragment = d->result->cycles = d->record.start + r->fragment_cycles;
+    d->record.drained = d->result->drained_cycles = d->record.start + r->cycles;
+    return detail_keep_record(d);
+}
+
+// Two-sided 95 % quantiles of Student's t.
+static double quantile(uint64_t freedom)
+{
+    static const double table[] = {12.71, 12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
+                                   2.201, 2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086};
+    return freedom <= 20 ? table[freedom] : 1.96 + 2.5 / (double)freedom;
+}
+
+void sampled_finish(detail *d)
+{
+    for (int i = 0; i < STATISTIC_COUNT; i++)
+        d->result->half_widths[i] = quantile(d->sampler->freedom) * sqrt(d->sampler->variances[i]);
+}
