@@ -65,7 +65,6 @@ typedef struct unit {
     uint32_t step;            // how far it got in that touch
     bool open;                // a stamp is at hand
     uint64_t data_ready, last_lookup;
-    uint64_t blocked_at;      // when it found the next queue full; NEVER: it did not
     uint64_t done;            // of its last operation
     uint64_t busy, second_busy;  // parts, in this pass, of stamps that are measured
     uint64_t settled, second_settled;  // cycles of those that statistics have

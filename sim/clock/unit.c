@@ -85,7 +85,7 @@ void units_begin(clock_state *c, partition *p)
         unit *u = &p->units[s];
         const unit old = *u;
         *u = (unit){.kind = c->stages[s], .partition = (int)(p - c->partitions), .when = NEVER, .window = window_of(c->machine, c->stages[s]), .port_free = c->drained,
-                    .operation_free = c->drained * CYCLE_PARTS, .second_free = c->drained * CYCLE_PARTS, .blocked_at = NEVER,
+                    .operation_free = c->drained * CYCLE_PARTS, .second_free = c->drained * CYCLE_PARTS,
                     .operations = old.operations, .flights = old.flights, .flight_mask = old.flight_mask, .buckets = old.buckets};
     }
 }
@@ -125,25 +125,11 @@ void unit_next(clock_state *c, partition *p, int stage)
         return;
     uint64_t when = later(job_at(p, u->started)->ready, u->port_free);
     if (stage + 1 < c->stage_count) {
-        if (!has_room(p, stage)) {
-            u->blocked_at = u->blocked_at == NEVER ? later(when, c->now) : u->blocked_at;
-            return;
-        }
-    } else if (!u->window) {
-        return;  // no machine file has this; clock.c says so
+        if (!has_room(p, stage))
+            return;  // asked again when the next unit begins one
     } else if (u->started >= u->window) {
-        const uint64_t room = u->operations[u->operation];
-        if (room > when) {
-            c->statistics->unit_wait_queue += room - when;
-            when = room;
-        }
+        when = later(when, u->operations[u->operation]);
     }
-    if (u->blocked_at != NEVER && c->now > u->blocked_at) {
-        c->statistics->unit_wait_queue += c->now - u->blocked_at;
-        if (c->timeline)
-            spans_note(c, u, true, "next queue full", u->blocked_at, c->now);
-    }
-    u->blocked_at = NEVER;
     u->when = later(when, c->now);
 }
 
@@ -208,10 +194,6 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     line_cache *cache = &p->caches[touch->cache];
     uint64_t *pending = line->fill.bytes ? first_back(c, cache) : NULL;
     uint64_t when;
-    if (!line->miss && !line->spill.bytes) {
-        u->data_ready = later(u->data_ready, cache->ready[line->slot]);
-        return true;
-    }
     if (u->step <= STEP_PENDING) {
         if (pending && *pending > c->now)
             return wait_until(c, u, *pending, &s->unit_wait_misses);
@@ -297,13 +279,13 @@ static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t l
             u->buckets[bucket_of(c, tile, __builtin_ctzll(left))] = done;
 }
 
-// The stamp's operation: when it begins, ends and is done. All lookups are made.
-static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
+// The stamp's operation: when it begins, ends and is done. The last lookup was made in cycle `at`.
+static void operate(clock_state *c, partition *p, unit *u, int stage, job *job, uint64_t at)
 {
     const stage_work *work = &job->work[stage];
     const bool rop = u->kind != UNIT_SHADER_STAGE;
     statistics *s = c->statistics;
-    const uint64_t looked_up = work->touch_count ? c->now + 1 : c->now;
+    const uint64_t looked_up = work->touch_count ? at + 1 : at;
     uint64_t begin = later(looked_up * CYCLE_PARTS, u->operation_free);
     begin = work->second_cost ? later(begin, u->second_free) : begin;
     if (u->data_ready * CYCLE_PARTS > begin) {
@@ -351,6 +333,10 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
 // Begins the stamp: the room that it had in the queue before is free.
 static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
 {
+    const uint64_t could = later(job_at(p, u->started)->ready, u->port_free);
+    c->statistics->unit_wait_queue += c->now - could;
+    if (c->timeline)
+        spans_note(c, u, true, "next queue full", could, c->now);
     u->open = true;
     u->touch = 0;
     u->data_ready = 0;
@@ -364,28 +350,65 @@ static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
         c->front.when = c->front.when == NEVER ? c->now : c->front.when;
 }
 
+// Whether the lookup asks nothing of what others use: then it need not wait for its turn among their steps.
+static bool is_private(const line_touch *line)
+{
+    return !line->fill.bytes && !line->spill.bytes;
+}
+
+// Such a lookup, at its cycle or when the replaced line is free: that cycle.
+static uint64_t look_up_private(clock_state *c, partition *p, unit *u, const queued_touch *touch, uint64_t at)
+{
+    line_cache *cache = &p->caches[touch->cache];
+    const line_touch *line = &touch->line;
+    if (line->miss) {
+        const uint64_t free = line->replaces ? cache->last_use[line->slot] : 0;
+        if (free > at) {
+            c->statistics->unit_wait_victim += free - at;
+            if (c->timeline)
+                spans_note(c, u, true, "line in use", at, free);
+            at = free;
+        }
+        cache->ready[line->slot] = at + 1;
+    }
+    u->data_ready = later(u->data_ready, cache->ready[line->slot]);
+    return at;
+}
+
+// All lookups that can be made now; false: the next one has a cycle of its own. *at: the cycle of the last one.
+static bool look_up_all(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work, uint64_t *at)
+{
+    *at = c->now;
+    while (u->touch < work->touch_count) {
+        const queued_touch *touch = &job->touches[work->first_touch + u->touch];
+        if (is_private(&touch->line)) {
+            *at = look_up_private(c, p, u, touch, *at);
+        } else if (*at > c->now) {
+            u->when = *at;
+            return false;
+        } else if (!look_up(c, p, u, touch)) {
+            return false;
+        }
+        u->step = STEP_PENDING;
+        *at += ++u->touch < work->touch_count;
+    }
+    return true;
+}
+
 void unit_step(clock_state *c, partition *p, int stage)
 {
     unit *u = &p->units[stage];
+    uint64_t at;
     if (!u->open)
         begin_stamp(c, p, u, stage);
     job *job = job_at(p, u->started - 1);
-    const stage_work *work = &job->work[stage];
     if (u->step == STEP_STREAM && !stream(c, p, u, job))
         return;
-    if (u->touch < work->touch_count) {
-        if (!look_up(c, p, u, &job->touches[work->first_touch + u->touch]))
-            return;
-        u->touch++;
-        u->step = STEP_PENDING;
-        if (u->touch < work->touch_count) {
-            u->when = c->now + 1;
-            return;
-        }
-    }
-    operate(c, p, u, stage, job);
+    if (!look_up_all(c, p, u, job, &job->work[stage], &at))
+        return;
+    operate(c, p, u, stage, job, at);
     u->open = false;
-    u->port_free = c->now + 1;
+    u->port_free = at + 1;
     unit_next(c, p, stage);
     if (stage + 1 < c->stage_count)
         unit_next(c, p, stage + 1);
