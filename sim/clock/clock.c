@@ -177,12 +177,12 @@ static bool reserve_touches(job *job, const stamp_lines *lines)
     const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
     if (count <= job->touch_capacity)
         return true;
-    queued_touch *grown = realloc(job->touches, 2 * count * sizeof *grown);
-    if (grown) {
-        job->touches = grown;
-        job->touch_capacity = 2 * count;
-    }
-    return grown;
+    queued_touch *touches = realloc(job->touches, 2 * count * sizeof *touches);
+    job->touches = touches ? touches : job->touches;
+    queued_move *moves = touches ? realloc(job->moves, 2 * count * sizeof *moves) : NULL;
+    job->moves = moves ? moves : job->moves;
+    job->touch_capacity = moves ? 2 * count : job->touch_capacity;
+    return moves;
 }
 
 // Doubles the ring where the stamps on their way fill it.

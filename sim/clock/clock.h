@@ -22,9 +22,11 @@ enum { STAGES_MAX = 3, STEPS_NONE = 0 };
 
 // A touch of a line, with the cache that it is of.
 typedef struct queued_touch {
-    line_touch line;
+    uint32_t slot, move;      // move: its transfers among the job's, if it has any
     uint8_t cache;            // access_unit
+    bool miss, replaces, moves;
 } queued_touch;
+typedef struct queued_move { transfer fill, spill; } queued_move;
 
 // A stamp on its way through one stage.
 typedef struct stage_work {
@@ -42,7 +44,8 @@ typedef struct job {
     uint64_t stream_address;
     uint32_t stream_read, stream_written;
     queued_touch *touches;
-    uint32_t touch_count, touch_capacity;
+    queued_move *moves;       // of the touches that move bytes: most do not, and copies cost
+    uint32_t touch_count, move_count, touch_capacity;
 } job;
 
 // An operation that another one on the same sample must wait for.

@@ -61,8 +61,10 @@ bool units_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS]
 
 void units_free(partition *p)
 {
-    for (uint64_t i = 0; p->jobs && i <= p->job_mask; i++)
+    for (uint64_t i = 0; p->jobs && i <= p->job_mask; i++) {
         free(p->jobs[i].touches);
+        free(p->jobs[i].moves);
+    }
     free(p->jobs);
     for (int s = 0; s < STAGES_MAX; s++) {
         free(p->units[s].operations);
@@ -187,18 +189,17 @@ static uint64_t *first_back(const clock_state *c, line_cache *cache)
 }
 
 // As far as it can go now; false: it waits.
-static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch)
+static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch, const queued_move *line)
 {
     statistics *s = c->statistics;
-    const line_touch *line = &touch->line;
     line_cache *cache = &p->caches[touch->cache];
     uint64_t *pending = line->fill.bytes ? first_back(c, cache) : NULL;
     uint64_t when;
     if (u->step <= STEP_PENDING) {
         if (pending && *pending > c->now)
             return wait_until(c, u, *pending, &s->unit_wait_misses);
-        if (line->replaces && cache->last_use[line->slot] > c->now)
-            return wait_until(c, u, cache->last_use[line->slot], &s->unit_wait_victim);
+        if (touch->replaces && cache->last_use[touch->slot] > c->now)
+            return wait_until(c, u, cache->last_use[touch->slot], &s->unit_wait_victim);
         u->step = STEP_SPILL;
     }
     if (u->step == STEP_SPILL) {
@@ -218,14 +219,14 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
             return wait_until(c, u, when, &s->unit_wait_memory);
         u->step = STEP_FILL;
     }
-    if (line->miss) {
-        cache->ready[line->slot] = fill_ready(c, p, &line->fill);
+    if (touch->miss) {
+        cache->ready[touch->slot] = fill_ready(c, p, &line->fill);
         if (pending) {
-            *pending = cache->ready[line->slot];
+            *pending = cache->ready[touch->slot];
             cache->oldest_miss = cache->oldest_miss + 1 == (uint64_t)c->machine->cache_misses_max ? 0 : cache->oldest_miss + 1;
         }
     }
-    u->data_ready = later(u->data_ready, cache->ready[line->slot]);
+    u->data_ready = later(u->data_ready, cache->ready[touch->slot]);
     return true;
 }
 
@@ -324,7 +325,7 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job, 
         note_flight(c, u, job->tile, lanes, job->ready);
     for (uint32_t i = 0; i < work->touch_count; i++) {
         const queued_touch *touch = &job->touches[work->first_touch + i];
-        p->caches[touch->cache].last_use[touch->line.slot] = cycles_up(end);
+        p->caches[touch->cache].last_use[touch->slot] = cycles_up(end);
     }
     c->last_fragment = later(c->last_fragment, job->ready);
     c->done[job->measured] = later(c->done[job->measured], job->ready);
@@ -350,28 +351,22 @@ static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
         c->front.when = c->front.when == NEVER ? c->now : c->front.when;
 }
 
-// Whether the lookup asks nothing of what others use: then it need not wait for its turn among their steps.
-static bool is_private(const line_touch *line)
-{
-    return !line->fill.bytes && !line->spill.bytes;
-}
-
-// Such a lookup, at its cycle or when the replaced line is free: that cycle.
-static uint64_t look_up_private(clock_state *c, partition *p, unit *u, const queued_touch *touch, uint64_t at)
+// A lookup that moves no bytes asks nothing of what others use, so it need not wait for its turn among their steps. It is made
+// in its cycle or when the replaced line is free: that cycle.
+static uint64_t look_up_alone(clock_state *c, partition *p, unit *u, const queued_touch *touch, uint64_t at)
 {
     line_cache *cache = &p->caches[touch->cache];
-    const line_touch *line = &touch->line;
-    if (line->miss) {
-        const uint64_t free = line->replaces ? cache->last_use[line->slot] : 0;
+    if (touch->miss) {
+        const uint64_t free = touch->replaces ? cache->last_use[touch->slot] : 0;
         if (free > at) {
             c->statistics->unit_wait_victim += free - at;
             if (c->timeline)
                 spans_note(c, u, true, "line in use", at, free);
             at = free;
         }
-        cache->ready[line->slot] = at + 1;
+        cache->ready[touch->slot] = at + 1;
     }
-    u->data_ready = later(u->data_ready, cache->ready[line->slot]);
+    u->data_ready = later(u->data_ready, cache->ready[touch->slot]);
     return at;
 }
 
@@ -381,12 +376,12 @@ static bool look_up_all(clock_state *c, partition *p, unit *u, const job *job, c
     *at = c->now;
     while (u->touch < work->touch_count) {
         const queued_touch *touch = &job->touches[work->first_touch + u->touch];
-        if (is_private(&touch->line)) {
-            *at = look_up_private(c, p, u, touch, *at);
+        if (!touch->moves) {
+            *at = look_up_alone(c, p, u, touch, *at);
         } else if (*at > c->now) {
             u->when = *at;
             return false;
-        } else if (!look_up(c, p, u, touch)) {
+        } else if (!look_up(c, p, u, touch, &job->moves[touch->move])) {
             return false;
         }
         u->step = STEP_PENDING;
