@@ -48,8 +48,11 @@ typedef struct job {
 // An operation that another one on the same sample must wait for.
 typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
 
+typedef struct span { const char *name; uint64_t start, end; } span;  // of a timeline
+
 typedef struct unit {
     unit_kind kind;
+    int partition;
     uint64_t when;            // of its next step; NEVER: waits for another unit
     uint64_t started;         // stamps begun in this pass
     uint64_t quads_started;   // quads of those
@@ -69,6 +72,7 @@ typedef struct unit {
     flight *flights;          // a ring of `window` and more
     uint64_t flight_count, flight_mask;
     uint64_t *buckets;        // interlock by buckets: when the last operation there is done
+    span spans[2];            // of operations and lookups, not written yet
 } unit;
 
 typedef struct line_cache {
@@ -123,6 +127,7 @@ struct clock_state {
     uint64_t done[2];         // when the last stamp not measured, and measured, was done
     uint64_t bounds[RESOURCE_COUNT];
     request_log *log;
+    timeline *timeline;       // NULL, or where what units do goes
     statistics *statistics;
     bool stuck;
 };
@@ -149,5 +154,9 @@ void unit_step(clock_state *clock, partition *partition, int stage);
 bool clock_write(clock_state *clock, partition *partition, uint64_t address, uint32_t bytes, uint64_t *when);
 // Takes the second level's port. The cycle in which its answer is there.
 uint64_t clock_l2_move(clock_state *clock, partition *partition, uint32_t bytes);
+
+// A timeline's slices (spans.c): notes one, if there is a timeline; completes those of a pass.
+void spans_note(const clock_state *clock, unit *unit, bool lookups, const char *name, uint64_t start, uint64_t end);
+void spans_end(const clock_state *clock, unit *unit);
 
 #endif

@@ -84,7 +84,7 @@ void units_begin(clock_state *c, partition *p)
     for (int s = 0; s < c->stage_count; s++) {
         unit *u = &p->units[s];
         const unit old = *u;
-        *u = (unit){.kind = c->stages[s], .when = NEVER, .window = window_of(c->machine, c->stages[s]), .port_free = c->drained,
+        *u = (unit){.kind = c->stages[s], .partition = (int)(p - c->partitions), .when = NEVER, .window = window_of(c->machine, c->stages[s]), .port_free = c->drained,
                     .operation_free = c->drained * CYCLE_PARTS, .second_free = c->drained * CYCLE_PARTS, .blocked_at = NEVER,
                     .operations = old.operations, .flights = old.flights, .flight_mask = old.flight_mask, .buckets = old.buckets};
     }
@@ -138,8 +138,11 @@ void unit_next(clock_state *c, partition *p, int stage)
             when = room;
         }
     }
-    if (u->blocked_at != NEVER && c->now > u->blocked_at)
+    if (u->blocked_at != NEVER && c->now > u->blocked_at) {
         c->statistics->unit_wait_queue += c->now - u->blocked_at;
+        if (c->timeline)
+            spans_note(c, u, true, "next queue full", u->blocked_at, c->now);
+    }
     u->blocked_at = NEVER;
     u->when = later(when, c->now);
 }
@@ -162,7 +165,11 @@ uint64_t clock_l2_move(clock_state *c, partition *p, uint32_t bytes)
 // Waits until `when`; counted under a cause.
 static bool wait_until(clock_state *c, unit *u, uint64_t when, uint64_t *cause)
 {
+    const statistics *s = c->statistics;
     *cause += when - c->now;
+    if (c->timeline)
+        spans_note(c, u, true, cause == &s->unit_wait_misses ? "pending misses" : cause == &s->unit_wait_victim ? "line in use" : "memory takes no write",
+                   c->now, when);
     u->when = when;
     return false;
 }
@@ -314,6 +321,12 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
         }
     }
     const uint64_t end = begin + later(work->cost, work->second_cost);
+    if (c->timeline && works) {
+        const uint64_t ready = later(looked_up, cycles_up(u->operation_free));
+        spans_note(c, u, false, "waits for data", ready, u->data_ready);
+        spans_note(c, u, false, "waits for a sample", later(ready, u->data_ready), begin / CYCLE_PARTS);
+        spans_note(c, u, false, "works", begin / CYCLE_PARTS, cycles_up(end));
+    }
     u->operation_free = begin + work->cost;
     u->second_free = work->second_cost ? begin + work->second_cost : u->second_free;
     u->busy += job->measured ? work->cost : 0;
