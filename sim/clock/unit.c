@@ -129,6 +129,8 @@ void unit_next(clock_state *c, partition *p, int stage)
     if (stage + 1 < c->stage_count) {
         if (!has_room(p, stage))
             return;  // asked again when the next unit begins one
+    } else if (!u->window) {
+        return;  // machine files have no such queue
     } else if (u->started >= u->window) {
         when = later(when, u->operations[u->operation]);
     }
