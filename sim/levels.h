@@ -282,6 +282,7 @@ void clock_done(const clock_state *clock, uint64_t *unmeasured, uint64_t *measur
 void clock_settle(clock_state *clock, statistics *statistics);  // brings counts of units and channels up to date
 uint64_t clock_now(const clock_state *clock);            // cycle at which the last pass was drained
 uint64_t clock_last_fragment(const clock_state *clock);  // cycle at which its last fragment was done
+void clock_bytes(const clock_state *clock, uint64_t *read, uint64_t *written);  // that channels moved since the start
 status clock_finish(clock_state *clock);                 // completes the requests' file
 
 // What a pass cannot go below, whatever the rest of the machine does; its index in clock_resource_names, whose last is the

@@ -93,6 +93,15 @@ uint64_t clock_last_fragment(const clock_state *c)
     return c->last_fragment;
 }
 
+void clock_bytes(const clock_state *c, uint64_t *read, uint64_t *written)
+{
+    *read = *written = 0;
+    for (int i = 0; i < c->partition_count; i++) {
+        *read += channel_get_counts(c->partitions[i].channel)->bytes_read;
+        *written += channel_get_counts(c->partitions[i].channel)->bytes_written;
+    }
+}
+
 const uint64_t *clock_pass_bounds(const clock_state *c)
 {
     return c->bounds;
