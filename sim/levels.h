@@ -69,6 +69,7 @@ typedef struct pass_info {
     uint64_t iteration;           // of the outermost repeats, from 1; 0 outside
     bool free_kernel;             // one unit runs it; else the depth and the colour unit do
     bool hierarchical, early;     // the pass allows it (the machine may not have it)
+    const char *hierarchical_forbidden, *early_forbidden;  // why not; NULL: it does, or it is no draw
     uint32_t shader_operations;   // of a fragment; 0: nothing is shaded
     uint64_t triangles, vertices; // of the draws drawn
     uint64_t stamps;              // that will come

@@ -50,8 +50,14 @@ static void take_touches(const stamp_lines *lines, access_unit cache, job *job, 
 {
     if (!work->touch_count)
         work->first_touch = job->touch_count;
-    for (int i = 0; i < lines->counts[cache]; i++)
-        job->touches[job->touch_count++] = (queued_touch){lines->touches[cache][i], (uint8_t)cache};
+    for (int i = 0; i < lines->counts[cache]; i++) {
+        const line_touch *line = &lines->touches[cache][i];
+        const bool moves = line->fill.bytes || line->spill.bytes;
+        if (moves)
+            job->moves[job->move_count] = (queued_move){line->fill, line->spill};
+        job->touches[job->touch_count++] = (queued_touch){line->slot, job->move_count, (uint8_t)cache, line->miss, line->replaces, moves};
+        job->move_count += moves;
+    }
     work->touch_count += (uint32_t)lines->counts[cache];
 }
 
@@ -73,7 +79,7 @@ void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *l
     job->tile = stamp->tile;
     job->quads = stamp->quads;
     job->measured = c->measured;
-    job->touch_count = 0;
+    job->touch_count = job->move_count = 0;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;
     job->stream_written = lines->stream_written;

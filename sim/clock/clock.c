@@ -45,6 +45,7 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     for (int i = 0; good && i < c->partition_count; i++)
         good = (c->partitions[i].channel = channel_create(&timing)) && units_make(c, &c->partitions[i], slots);
     charge_init(c);
+    c->timeline = config ? config->timeline : NULL;
     status status = good ? STATUS_OK : refuse_memory(c);
     if (status == STATUS_OK && config && config->requests_path)
         status = request_log_open(config->requests_path, config->requests_format, (uint32_t)machine->memory_burst_bytes,
@@ -176,12 +177,12 @@ static bool reserve_touches(job *job, const stamp_lines *lines)
     const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
     if (count <= job->touch_capacity)
         return true;
-    queued_touch *grown = realloc(job->touches, 2 * count * sizeof *grown);
-    if (grown) {
-        job->touches = grown;
-        job->touch_capacity = 2 * count;
-    }
-    return grown;
+    queued_touch *touches = realloc(job->touches, 2 * count * sizeof *touches);
+    job->touches = touches ? touches : job->touches;
+    queued_move *moves = touches ? realloc(job->moves, 2 * count * sizeof *moves) : NULL;
+    job->moves = moves ? moves : job->moves;
+    job->touch_capacity = moves ? 2 * count : job->touch_capacity;
+    return moves;
 }
 
 // Doubles the ring where the stamps on their way fill it.
@@ -371,12 +372,14 @@ status clock_end_pass(clock_state *c, statistics *s)
     mark_blocks(c);
     c->drained = c->last_fragment;
     for (int i = 0; i < c->partition_count; i++) {
-        const partition *p = &c->partitions[i];
+        partition *p = &c->partitions[i];
         const uint64_t end = channel_drain(p->channel, later(p->flush_time, c->last_fragment));
         c->drained = later(c->drained, later(end, cycles_up(p->l2_free)));
         bound(c, RESOURCE_MEMORY, memory_cycles(c, channel_get_counts(p->channel)->busy_clocks - p->before.busy_clocks));
-        for (int k = 0; k < c->stage_count; k++)
+        for (int k = 0; k < c->stage_count; k++) {
             bound_by_unit(c, &p->units[k]);
+            spans_end(c, &p->units[k]);
+        }
     }
     clock_settle(c, s);
     s->geometry_busy += c->bounds[RESOURCE_GEOMETRY];

@@ -194,10 +194,17 @@ static cache_line *find_or_replace(memory *m, cache *cache, access_unit unit, li
     return line;
 }
 
+// Nothing moves yet. The rest of a transfer of no bytes is not looked at, and clearing it would cost more than the lookup.
+static void touch_start(line_touch *touch)
+{
+    touch->miss = touch->replaces = false;
+    touch->fill.bytes = touch->fill.evicted_bytes = touch->spill.bytes = touch->spill.evicted_bytes = 0;
+}
+
 static void touch_line(memory *m, access_unit unit, line_place at, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
 {
     cache *cache = &m->caches[unit][m->partition_of[at.tile]];
-    *touch = (line_touch){0};
+    touch_start(touch);
     cache_line *line = find_or_replace(m, cache, unit, at, s, touch);
     const uint64_t all = part_lanes(&m->planes[at.plane], at.part) & m->valid[at.tile];
     const bool lacks = (read & ~line->valid) || (line->valid != all && write_needs_fill(m, at, written | line->valid));

@@ -63,6 +63,9 @@ enum { SWEEP_WHY_SIZE = 1024 };
 bool sweep_range_read(const char *text, sweep_range *range, char why[SWEEP_WHY_SIZE]);
 int64_t sweep_range_next(const sweep_range *range, int64_t number);
 
+// A level of detail by its name. False: `why` says which there are.
+bool sweep_read_level(const char *word, detail_level *level, char why[SWEEP_WHY_SIZE]);
+
 // Appends a copy of a word; false: out of memory.
 bool sweep_list_add(sweep_list *list, const char *text, size_t line, size_t column);
 void sweep_list_free(sweep_list *list);

@@ -108,31 +108,40 @@ static status read_bound(const char *text, const report *report, bound *bound)
     return find_measure(name, report, &bound->measure);
 }
 
+// What of a sweep's levels tells most: an estimate of cycles tells less than their count.
+static int rank(detail_level level)
+{
+    return level == DETAIL_CYCLE ? DETAIL_COUNT : (int)level;
+}
+
+static bool has_level(const sweep *sweep, detail_level level)
+{
+    for (int i = 0; i < sweep->file.detail_count; i++) {
+        if (sweep->file.details[i] == level)
+            return true;
+    }
+    return false;
+}
+
 // The level whose runs are compared, and whether all columns are known there.
 static status choose_level(const sweep *sweep, const sweep_query *words, const report *report, query *query)
 {
+    char why[SWEEP_WHY_SIZE];
     const measure *deepest = &query->order;
-    bool named = false, runs = false;
-    for (int i = 0; i < DETAIL_COUNT && words->detail; i++) {
-        if (strcmp(words->detail, detail_level_names[i]) == 0) {
-            named = true;
-            query->level = (detail_level)i;
-        }
-    }
-    if (words->detail && !named)
-        return report_error(report, STATUS_USAGE, "--detail is `%.60s`, but must be function, traffic or cycle",
-                            words->detail);
-    for (int i = 0; sweep && i < sweep->file.detail_count; i++) {
-        if (!named && sweep->file.details[i] > query->level)
+    if (words->detail && !sweep_read_level(words->detail, &query->level, why))
+        return report_error(report, STATUS_USAGE, "--%s", why);
+    if (!sweep)
+        return STATUS_OK;
+    for (int i = 0; i < sweep->file.detail_count && !words->detail; i++) {
+        if (i == 0 || rank(sweep->file.details[i]) > rank(query->level))
             query->level = sweep->file.details[i];
-        runs = runs || !named || sweep->file.details[i] == query->level;
     }
-    if (sweep && !runs)
+    if (!has_level(sweep, query->level))
         return report_error(report, STATUS_USAGE, "%s has no runs of the level %s; its key detail says which run",
                             sweep->file.path, words->detail);
     for (int i = 0; i < query->bound_count; i++)
         deepest = query->bounds[i].measure.level > deepest->level ? &query->bounds[i].measure : deepest;
-    if ((sweep || named) && deepest->level > query->level)
+    if (deepest->level > query->level)
         return report_error(report, STATUS_USAGE,
                             "`%s` is known from the level %s on, but runs of the level %s are compared; give"
                             " `detail: %s` in the sweep file",

@@ -30,7 +30,8 @@ typedef struct sweep_work {
 // what the function level takes.
 static double expect_work(const sweep_combination *run)
 {
-    static const double factors[DETAIL_COUNT] = {[DETAIL_FUNCTION] = 1, [DETAIL_TRAFFIC] = 35, [DETAIL_CYCLE] = 65};
+    static const double factors[DETAIL_COUNT] = {
+        [DETAIL_FUNCTION] = 1, [DETAIL_TRAFFIC] = 25, [DETAIL_CYCLE] = 50, [DETAIL_SAMPLED] = 15};
     return factors[run->detail] * run->trace->work;
 }
 

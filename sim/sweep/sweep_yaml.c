@@ -274,25 +274,21 @@ static void read_details(yaml_reader *reader)
     const sweep_list *list = &file->lists[KEY_detail];
     if (list->count == 0)
         file->details[file->detail_count++] = DETAIL_FUNCTION;
-    for (int i = 0; i < list->count && reader->status == STATUS_OK; i++) {
-        const char *text = list->words[i].text;
-        sweep_place place;
-        int level = 0;
-        sweep_place_start(&place, reader->report, file->path, &list->words[i]);
-        while (level < DETAIL_COUNT && strcmp(text, detail_level_names[level]) != 0)
-            level++;
-        for (int k = 0; k < file->detail_count; k++) {
-            if (file->details[k] == (detail_level)level)
-                reader->status = report_error(&place.report, STATUS_REFUSED, "detail is given %s a second time", text);
+    for (int i = 0; i < list->count; i++) {
+        char why[SWEEP_WHY_SIZE] = "";
+        detail_level level;
+        sweep_read_level(list->words[i].text, &level, why);
+        for (int k = 0; k < file->detail_count && !why[0]; k++) {
+            if (file->details[k] == level)
+                snprintf(why, sizeof why, "detail is given %s a second time", detail_level_names[level]);
         }
-        if (level == DETAIL_COUNT) {
-            const char *meant = nearest_word(text, detail_level_names, DETAIL_COUNT);
-            reader->status = report_error(&place.report, STATUS_REFUSED,
-                                          "detail is `%.60s`, but must be function, traffic or cycle%s%s%s", text,
-                                          meant ? "; did you mean `" : "", meant ? meant : "", meant ? "`?" : "");
-        } else if (reader->status == STATUS_OK) {
-            file->details[file->detail_count++] = (detail_level)level;
+        if (why[0]) {
+            sweep_place place;
+            sweep_place_start(&place, reader->report, file->path, &list->words[i]);
+            reader->status = report_error(&place.report, STATUS_REFUSED, "%s", why);
+            return;
         }
+        file->details[file->detail_count++] = level;
     }
 }
 

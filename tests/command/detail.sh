@@ -49,7 +49,7 @@ for format in dramsim3 ramulator ramulator2; do
     [[ -s $work/requests.$format ]] || complain "no requests of the format $format"
 done
 
-run 2 '--detail is `cycles`, but must be function, traffic or cycle' --detail cycles
+run 2 '--detail is `cycles`, but must be function, traffic, cycle or sampled' --detail cycles
 run 2 "--csv wants --detail traffic or --detail cycle" --csv "$work/no.csv"
 run 2 "--timeline wants --detail cycle" --timeline "$work/no.json"
 run 2 "--timeline wants --detail cycle" --detail traffic --timeline "$work/no.json"

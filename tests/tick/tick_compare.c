@@ -177,11 +177,15 @@ static void finish_run(both *b)
     }
 }
 
-bool tick_compare(const program *program, const machine *machine, trace *trace, const char *label, double tolerance,
-                  tick_measure *measure)
+bool tick_compare(const program *program, const machine *machine, trace *trace, uint64_t max_iterations, const char *label,
+                  double tolerance, tick_measure *measure)
 {
     both b = {.machine = machine, .label = label, .tolerance = tolerance, .measure = measure, .good = true};
-    const run_options options = {.threads = 1, .occlusion_ratio = -1.0, .keep_planes = true, .log_conditions = true};
+    const run_options options = {.threads = 1,
+                                 .max_iterations = max_iterations,
+                                 .occlusion_ratio = -1.0,
+                                 .keep_planes = true,
+                                 .log_conditions = true};
     run_result *function;
     arrival *arrival;
     if (replay_run(program, machine, trace, &options, &printing, &function) != STATUS_OK)
@@ -189,7 +193,7 @@ bool tick_compare(const program *program, const machine *machine, trace *trace, 
     const arrival_options arrival_options = {.region_pixels = machine->tile_based ? (uint32_t)machine->region_pixels : 0,
                                              .hierarchical = machine->hierarchical_depth,
                                              .early = machine->early_depth};
-    const stamp_sink sink = {begin_pass, take_stamp, end_pass, &b};
+    const stamp_sink sink = {.begin_pass = begin_pass, .stamp = take_stamp, .end_pass = end_pass, .user = &b};
     uint32_t slots[ACCESS_UNITS];
     assert_int_equal(arrival_create(program, machine, trace, function, &arrival_options, &printing, &arrival), STATUS_OK);
     status status = memory_create(machine, arrival_frame(arrival), &printing, &b.memory);

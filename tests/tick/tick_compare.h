@@ -17,10 +17,10 @@ typedef struct tick_measure {
     uint64_t cycles, traffic_checked;      // of the slow machine, summed; counts that were compared
 } tick_measure;
 
-// Runs both machines. False, and a message, if bytes differ, a check of the run fails, a pass is shorter than its bounds,
+// Runs both machines, loops at most `max_iterations` times (0: as often as the program wants). False, and a message, if bytes differ, a check of the run fails, a pass is shorter than its bounds,
 // or cycles of a pass or of the run differ by more than `tolerance`.
-bool tick_compare(const program *program, const machine *machine, trace *trace, const char *label, double tolerance,
-                  tick_measure *measure);
+bool tick_compare(const program *program, const machine *machine, trace *trace, uint64_t max_iterations, const char *label,
+                  double tolerance, tick_measure *measure);
 void tick_print_measure(const char *title, const tick_measure *measure);
 
 // Opens shipped machines, programs and traces, and small scenes. They fail the test if they cannot.

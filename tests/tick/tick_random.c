@@ -26,6 +26,7 @@ static void throw_rates(dice *dice, machine *m)
     m->vertices_per_kiloclock = AMONG(90, 500, 1000, 11000);
     m->triangle_bytes = AMONG(0, 12, 50);
     m->vertex_bytes = AMONG(0, 24, 100);
+    m->triangles_ahead = AMONG(1, 2, 5, 32);
     m->raster_blocks_per_clock = AMONG(1, 2, 3, 7, 11);
     m->hierarchical_depth = dice_chance(dice, 50);
     m->early_depth = dice_chance(dice, 50);

@@ -6,11 +6,6 @@ static uint64_t taken(const machine *machine, uint64_t work, int64_t rate)
     return (work * (uint64_t)machine->partitions * TICK_ONE + (uint64_t)rate - 1) / (uint64_t)rate;
 }
 
-static uint64_t longer(uint64_t a, uint64_t b)
-{
-    return a > b ? a : b;
-}
-
 static uint64_t quads_in(const frame *frame, uint64_t lanes)
 {
     uint64_t quads = 0;
@@ -24,13 +19,13 @@ uint64_t tick_texture_work(const machine *machine, const frame *frame, const sta
     return taken(machine, 4 * (uint64_t)frame->samples * stamp->texture_reads, machine->texture_samples_per_clock);
 }
 
-uint64_t tick_quads(const frame *frame, unit_kind unit, const stamp *stamp)
+uint64_t tick_lanes(unit_kind unit, const stamp *stamp)
 {
     uint64_t lanes = unit == UNIT_KERNEL ? stamp->lanes : 0;
     for (int i = 0; i < stamp->access_count; i++)
         if (stamp->accesses[i].unit == (unit == UNIT_DEPTH ? ACCESS_DEPTH : ACCESS_COLOR))
             lanes |= stamp->accesses[i].read | stamp->accesses[i].written;
-    return frame_quads(frame, lanes);
+    return lanes;
 }
 
 uint64_t tick_bucket(uint32_t tile, uint64_t quads, uint64_t buckets)

@@ -1,5 +1,5 @@
-// Hand-made traces for tests of what passes cost: boxes of fragments, one primitive each, replayed at the level cycle by a program in
-// text. Every box is full, so that a test's arithmetic needs its corners alone.
+// Hand-made traces for tests of what passes cost: boxes of fragments, one primitive each, replayed at the level cycle
+// by a program in text. Every box is full, so that a test's arithmetic needs its corners alone.
 #ifndef ROPSIM_TEST_COST_FIXTURE_H
 #define ROPSIM_TEST_COST_FIXTURE_H
 
@@ -85,14 +85,21 @@ static inline status cost_next(void *user, fragments *run)
         s->at++;
         cost_enter(s);
     }
-    *run = (fragments){.draw = n ? cost_draw_of(s, first) : 0, .count = n, .x = s->xs, .y = s->ys, .sample = s->samples_of,
-                       .depth = s->depths, .rgba = {s->rgba[0], s->rgba[1], s->rgba[2], s->rgba[3]}, .primitive = s->primitives};
+    *run = (fragments){.draw = n ? cost_draw_of(s, first) : 0,
+                       .count = n,
+                       .x = s->xs,
+                       .y = s->ys,
+                       .sample = s->samples_of,
+                       .depth = s->depths,
+                       .rgba = {s->rgba[0], s->rgba[1], s->rgba[2], s->rgba[3]},
+                       .primitive = s->primitives};
     return STATUS_OK;
 }
 
 static inline trace *cost_trace(box_scene *s)
 {
-    trace_info info = {.width = s->width, .height = s->height, .samples = s->samples, .depth_bits = 64, .draws = s->draws};
+    trace_info info = {
+        .width = s->width, .height = s->height, .samples = s->samples, .depth_bits = 64, .draws = s->draws};
     trace_standard_positions(&info);
     memset(s->draws, 0, sizeof s->draws);
     for (uint32_t i = 0; i < s->count; i++) {
@@ -131,7 +138,8 @@ static inline machine cost_machine(const char *name, const char *sets)
 }
 
 // Replays and times it, with every check of detail_run; fails the test with what was said. Free with detail_destroy.
-static inline detail_result *cost_trace_at(const program *program, const machine *machine, trace *trace, detail_level level)
+static inline detail_result *cost_trace_at(const program *program, const machine *machine, trace *trace,
+                                           detail_level level)
 {
     messages said;
     run_result *function = NULL;
@@ -139,7 +147,8 @@ static inline detail_result *cost_trace_at(const program *program, const machine
     messages_start(&said);
     const run_options options = {.threads = 1, .occlusion_ratio = -1, .keep_planes = true, .log_conditions = true};
     if (replay_run(program, machine, trace, &options, &said.report, &function) != STATUS_OK ||
-        detail_run(program, machine, trace, function, &(detail_options){.level = level}, &said.report, &detail) != STATUS_OK)
+        detail_run(program, machine, trace, function, &(detail_options){.level = level}, &said.report, &detail) !=
+            STATUS_OK)
         fail_msg("%s on %s: %s", program->name, machine->name, said.text);
     result_destroy(function);
     return detail;

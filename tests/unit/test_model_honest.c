@@ -1,5 +1,5 @@
-// What keeps the model honest notices: each conserved count changed by one is refused by name, and a queue of no places is named
-// instead of a hang.
+// What keeps the model honest notices: each conserved count changed by one is refused by name, and a queue of no places
+// is named instead of a hang.
 #include "cost_fixture.h"
 
 #include <stddef.h>
@@ -7,7 +7,10 @@
 
 // ---- Conservation --------------------------------------------------------------------------------------
 
-typedef struct counted { memory *memory; statistics total; } counted;
+typedef struct counted {
+    memory *memory;
+    statistics total;
+} counted;
 
 static status begin(void *user, const pass_info *pass)
 {
@@ -35,7 +38,11 @@ static status end(void *user)
 }
 
 #define FIELD(name) offsetof(statistics, name)
-static const struct { const char *name; size_t field; const char *said; } conserved[] = {
+static const struct {
+    const char *name;
+    size_t field;
+    const char *said;
+} conserved[] = {
     {"fragments", FIELD(fragments), "fragments and their verdicts"},
     {"fragments_hierarchical", FIELD(fragments_hierarchical), "fragments and their verdicts"},
     {"fragments_early", FIELD(fragments_early), "fragments and their verdicts"},
@@ -56,9 +63,12 @@ static const struct { const char *name; size_t field; const char *said; } conser
 static void a_count_off_by_one_is_refused(void **state)
 {
     (void)state;
-    const box boxes[] = {{0, 0, 20, 12, 0.5, CLASS_OPAQUE}, {4, 4, 24, 16, 0.25, CLASS_TRANSPARENT}, {0, 0, 24, 16, 0.75, CLASS_TRANSPARENT}};
+    const box boxes[] = {{0, 0, 20, 12, 0.5, CLASS_OPAQUE},
+                         {4, 4, 24, 16, 0.25, CLASS_TRANSPARENT},
+                         {0, 0, 24, 16, 0.75, CLASS_TRANSPARENT}};
     const machine machine = cost_machine("g80", NULL);
-    box_scene scene = {.width = 24, .height = 16, .samples = 1, .boxes = boxes, .count = 3, .triangles = 4, .vertices = 8};
+    box_scene scene = {
+        .width = 24, .height = 16, .samples = 1, .boxes = boxes, .count = 3, .triangles = 4, .vertices = 8};
     char path[4096];
     program *program = NULL;
     run_result *function = NULL;
@@ -70,9 +80,13 @@ static void a_count_off_by_one_is_refused(void **state)
     trace *trace = cost_trace(&scene);
     const run_options options = {.threads = 1, .occlusion_ratio = -1, .keep_planes = true, .log_conditions = true};
     assert_int_equal(replay_run(program, &machine, trace, &options, NULL, &function), STATUS_OK);
-    assert_int_equal(arrival_create(program, &machine, trace, function, &(arrival_options){.hierarchical = true, .early = true}, NULL, &arrival), STATUS_OK);
+    assert_int_equal(arrival_create(program, &machine, trace, function,
+                                    &(arrival_options){.hierarchical = true, .early = true}, NULL, &arrival),
+                     STATUS_OK);
     assert_int_equal(memory_create(&machine, arrival_frame(arrival), &said.report, &c.memory), STATUS_OK);
-    assert_int_equal(arrival_run(arrival, &(stamp_sink){.begin_pass = begin, .stamp = take, .end_pass = end, .user = &c}), STATUS_OK);
+    assert_int_equal(
+        arrival_run(arrival, &(stamp_sink){.begin_pass = begin, .stamp = take, .end_pass = end, .user = &c}),
+        STATUS_OK);
     assert_int_equal(memory_check(c.memory, &c.total, &said.report), STATUS_OK);
     assert_int_equal(said.count, 0);
     for (size_t i = 0; i < sizeof conserved / sizeof *conserved; i++) {
@@ -80,8 +94,10 @@ static void a_count_off_by_one_is_refused(void **state)
             statistics changed = c.total;
             *(uint64_t *)(void *)((char *)&changed + conserved[i].field) += (uint64_t)(int64_t)change;
             messages_start(&said);
-            if (memory_check(c.memory, &changed, &said.report) != STATUS_REFUSED || !strstr(said.text, conserved[i].said))
-                fail_msg("%s off by %d: \"%s\" does not say \"%s\"", conserved[i].name, change, said.text, conserved[i].said);
+            if (memory_check(c.memory, &changed, &said.report) != STATUS_REFUSED ||
+                !strstr(said.text, conserved[i].said))
+                fail_msg("%s off by %d: \"%s\" does not say \"%s\"", conserved[i].name, change, said.text,
+                         conserved[i].said);
         }
     }
     memory_destroy(c.memory);
@@ -91,13 +107,19 @@ static void a_count_off_by_one_is_refused(void **state)
     program_destroy(program);
 }
 
-// Whatever the model of memory counts is what channels move. On tiny a memory clock is a cycle of 8 bytes and bursts have 8.
+// Whatever the model of memory counts is what channels move. On tiny a memory clock is a cycle of 8 bytes and bursts
+// have 8.
 static void channels_move_what_caches_count(void **state)
 {
     (void)state;
     const char *const programs[] = {"layer_peel", "k_buffer,k=2", "weighted_sum", "depth_complexity"};
-    const char *const sets[] = {NULL, "fast_clear=false", "depth_compression=true color_compression=true", "hierarchical_depth=true early_depth=true",
-                                "tile_based=true binned_bytes=32 region_pixels=16", "depth_cache_bytes=256 depth_cache_ways=1", "l2_bytes=65536"};
+    const char *const sets[] = {NULL,
+                                "fast_clear=false",
+                                "depth_compression=true color_compression=true",
+                                "hierarchical_depth=true early_depth=true",
+                                "tile_based=true binned_bytes=32 region_pixels=16",
+                                "depth_cache_bytes=256 depth_cache_ways=1",
+                                "l2_bytes=65536"};
     box *boxes = cost_layers(40, 24, 5, CLASS_TRANSPARENT);
     for (size_t p = 0; p < sizeof programs / sizeof *programs; p++) {
         for (size_t s = 0; s < sizeof sets / sizeof *sets; s++) {
@@ -105,12 +127,14 @@ static void channels_move_what_caches_count(void **state)
             program *program = NULL;
             assert_int_equal(program_load(programs[p], NULL, path, sizeof path, &program), STATUS_OK);
             const machine machine = cost_machine("tiny", sets[s]);
-            box_scene scene = {.width = 40, .height = 24, .samples = 1, .boxes = boxes, .count = 5, .triangles = 10, .vertices = 12};
+            box_scene scene = {
+                .width = 40, .height = 24, .samples = 1, .boxes = boxes, .count = 5, .triangles = 10, .vertices = 12};
             trace *trace = cost_trace(&scene);
             detail_result *detail = cost_trace_at(program, &machine, trace, DETAIL_CYCLE);
             if (8 * detail->total.memory_busy != detail->total.memory_bytes_read + detail->total.memory_bytes_written)
-                fail_msg("%s, %s: the bus is taken for %d cycles of 8 bytes, but %d bytes are read and %d written", programs[p], sets[s] ? sets[s] : "",
-                         (int)detail->total.memory_busy, (int)detail->total.memory_bytes_read, (int)detail->total.memory_bytes_written);
+                fail_msg("%s, %s: the bus is taken for %d cycles of 8 bytes, but %d bytes are read and %d written",
+                         programs[p], sets[s] ? sets[s] : "", (int)detail->total.memory_busy,
+                         (int)detail->total.memory_bytes_read, (int)detail->total.memory_bytes_written);
             detail_destroy(detail);
             trace_close(trace);
             program_destroy(program);
@@ -125,13 +149,30 @@ static void channels_move_what_caches_count(void **state)
 static status drive(const machine *machine, bool free_kernel, messages *said)
 {
     enum { STAMPS = 5000 };
-    const frame frame = {.width = 8, .height = 8, .samples = 1, .tile_width = 8, .tile_height = 8, .columns = 1, .rows = 1, .tile_count = 1,
-                         .quad_corners = UINT64_C(0x0055005500550055), .plane_count = 2, .plane_bits = {32, 32}};
+    const frame frame = {.width = 8,
+                         .height = 8,
+                         .samples = 1,
+                         .tile_width = 8,
+                         .tile_height = 8,
+                         .columns = 1,
+                         .rows = 1,
+                         .tile_count = 1,
+                         .quad_corners = UINT64_C(0x0055005500550055),
+                         .plane_count = 2,
+                         .plane_bits = {32, 32}};
     const uint32_t slots[ACCESS_UNITS] = {4, 4, 4};
     const pass_info pass = {.kind = PASS_DRAW, .name = "driven", .free_kernel = free_kernel, .shader_operations = 1};
     const plane_access accesses[] = {{0, ACCESS_DEPTH, 1, 1}, {1, ACCESS_COLOR, 1, 1}};
-    const stamp stamp = {.lanes = 1, .shaded = 1, .alive = 1, .passed = 1, .quads = 1, .quads_shaded = 1, .quads_passed = 1, .kernel_slots = 1,
-                         .accesses = accesses, .access_count = 2};
+    const stamp stamp = {.lanes = 1,
+                         .shaded = 1,
+                         .alive = 1,
+                         .passed = 1,
+                         .quads = 1,
+                         .quads_shaded = 1,
+                         .quads_passed = 1,
+                         .kernel_slots = 1,
+                         .accesses = accesses,
+                         .access_count = 2};
     const line_touch touch = {0};
     const stamp_lines lines = {.touches = {&touch, &touch, &touch}, .counts = {0, 1, 1}};
     clock_state *clock = NULL;
@@ -154,7 +195,11 @@ static status drive(const machine *machine, bool free_kernel, messages *said)
 static void a_queue_of_no_places_is_named(void **state)
 {
     (void)state;
-    const struct { size_t key; bool free_kernel; const char *said; } cases[] = {
+    const struct {
+        size_t key;
+        bool free_kernel;
+        const char *said;
+    } cases[] = {
         {offsetof(machine, raster_queue), false, "rasterizer's queue"},
         {offsetof(machine, depth_queue), false, "the queue before the depth unit of partition 0"},
         {offsetof(machine, color_queue), false, "the queue before the colour unit of partition 0"},

@@ -1,8 +1,9 @@
 // More of a resource never costs time, larger caches never miss more, and sets are used evenly.
 //
-// Of misses these are theorems: LRU has the inclusion property, for a whole cache and set by set. Of cycles none is: with other times other requests
-// meet at a channel, which serves them in order of arrival, so that a faster unit may let a read slip behind writes
-// (Graham's scheduling anomalies). What is asked there is that no step costs more than half a per cent.
+// Of misses these are theorems: LRU has the inclusion property, for a whole cache and set by set. Of cycles none is:
+// with other times other requests meet at a channel, which serves them in order of arrival, so that a faster unit may
+// let a read slip behind writes (Graham's scheduling anomalies). What is asked there is that no step costs more than
+// half a per cent.
 #include "cost_fixture.h"
 
 #include <unistd.h>
@@ -10,14 +11,15 @@
 enum { WIDTH = 160, HEIGHT = 128 };
 
 static const char peel[] = "layer_peel", blend[] = "sorted_blend", buffer[] = "k_buffer,k=2";
-static trace *scene;       // a knot, several layers deep, around a thin opaque one
+static trace *scene;  // a knot, several layers deep, around a thin opaque one
 static program *programs[3];
 
 static int open_scene(void **state)
 {
     (void)state;
     char folder[] = "/tmp/ropsim-model-XXXXXX", path[128], file[4096];
-    const char *const scenes[] = {"opaque:scene:knot,rings=64,sides=8,radius=0.1", "transparent:scene:knot,rings=96,sides=12"};
+    const char *const scenes[] = {"opaque:scene:knot,rings=64,sides=8,radius=0.1",
+                                  "transparent:scene:knot,rings=96,sides=12"};
     const char *const names[] = {peel, blend, buffer};
     record_options options;
     record_defaults(&options);
@@ -26,7 +28,8 @@ static int open_scene(void **state)
     if (!mkdtemp(folder))
         return 1;
     snprintf(path, sizeof path, "%s/knot.ropt", folder);
-    int failed = record_scenes(scenes, 2, &options, path, NULL) != STATUS_OK || trace_open(path, NULL, &scene) != STATUS_OK;
+    int failed =
+        record_scenes(scenes, 2, &options, path, NULL) != STATUS_OK || trace_open(path, NULL, &scene) != STATUS_OK;
     unlink(path);
     rmdir(folder);
     for (int i = 0; i < 3; i++)
@@ -52,7 +55,11 @@ static uint64_t cycles_of(int program, const char *machine_name, const char *set
     return cycles;
 }
 
-typedef struct sweep_of { const char *key, *machine; int program; int64_t values[6]; } sweep_of;
+typedef struct sweep_of {
+    const char *key, *machine;
+    int program;
+    int64_t values[6];
+} sweep_of;
 
 static const sweep_of sweeps[] = {
     {"memory_mhz", "g80", 0, {225, 450, 900, 1800, 3600}},
@@ -104,7 +111,9 @@ static void more_never_costs_time(void **state)
 
 // ---- Caches --------------------------------------------------------------------------------------------
 
-typedef struct misses { uint64_t depth, color, texture; } misses;
+typedef struct misses {
+    uint64_t depth, color, texture;
+} misses;
 
 static misses misses_of(int program, const char *machine_name, const char *sets)
 {
@@ -117,15 +126,17 @@ static misses misses_of(int program, const char *machine_name, const char *sets)
 
 static void set_caches(char *set, size_t size, int lines, int ways)
 {
-    snprintf(set, size, "depth_cache_bytes=%d color_cache_bytes=%d texture_cache_bytes=%d depth_cache_ways=%d color_cache_ways=%d texture_cache_ways=%d",
+    snprintf(set, size,
+             "depth_cache_bytes=%d color_cache_bytes=%d texture_cache_bytes=%d depth_cache_ways=%d color_cache_ways=%d "
+             "texture_cache_ways=%d",
              256 * lines, 256 * lines, 256 * lines, ways, ways, ways);
 }
 
 static void expect_no_more(misses than, misses now, const char *what, int size)
 {
     if (now.depth > than.depth || now.color > than.color || now.texture > than.texture)
-        fail_msg("%s misses more with %d: depth %d > %d, colour %d > %d, textures %d > %d", what, size, (int)now.depth, (int)than.depth,
-                 (int)now.color, (int)than.color, (int)now.texture, (int)than.texture);
+        fail_msg("%s misses more with %d: depth %d > %d, colour %d > %d, textures %d > %d", what, size, (int)now.depth,
+                 (int)than.depth, (int)now.color, (int)than.color, (int)now.texture, (int)than.texture);
 }
 
 // All ways in one set: 1 to 12 lines, then some up to 64.
@@ -163,11 +174,13 @@ static void more_ways_never_miss_more(void **state)
 
 // ---- Sets ----------------------------------------------------------------------------------------------
 
-static const char fill[] = "program fill\nplane z depth\nplane base rgba\noutput base\npass first\ndepth less z\nend\nschedule\nclear z far\n"
-                           "draw opaque with first\nend\n";
+static const char fill[] =
+    "program fill\nplane z depth\nplane base rgba\noutput base\npass first\ndepth less z\nend\nschedule\nclear z far\n"
+    "draw opaque with first\nend\n";
 
-// Ten blocks of one partition in a row, over and over, in a cache of 8 lines. One set: LRU loses all of them in each turn. S sets of 8 / S
-// ways get 10 / S or so blocks each: those that get more than their ways lose them all, those that get no more hit from the second turn on.
+// Ten blocks of one partition in a row, over and over, in a cache of 8 lines. One set: LRU loses all of them in each
+// turn. S sets of 8 / S ways get 10 / S or so blocks each: those that get more than their ways lose them all, those
+// that get no more hit from the second turn on.
 static void sets_choose_what_hits(void **state)
 {
     (void)state;
@@ -192,8 +205,9 @@ static void sets_choose_what_hits(void **state)
     free(boxes);
 }
 
-// The same on six partitions, with 4, 8 and 16 sets of 4 ways: what chooses the partition does not choose the set. Of 12 x 18 blocks each cache is
-// asked for 36 over and over: 4 sets of 9 lose all; of 8 sets 4 have 5 and lose them, 4 have 4; 16 sets of 2 or 3 lose none.
+// The same on six partitions, with 4, 8 and 16 sets of 4 ways: what chooses the partition does not choose the set. Of
+// 12 x 18 blocks each cache is asked for 36 over and over: 4 sets of 9 lose all; of 8 sets 4 have 5 and lose them, 4
+// have 4; 16 sets of 2 or 3 lose none.
 static void partitions_are_no_sets(void **state)
 {
     (void)state;
@@ -206,8 +220,9 @@ static void partitions_are_no_sets(void **state)
         const machine machine = cost_machine("g80", set);
         box_scene boxed = {.width = 8 * ACROSS, .height = 8 * DOWN, .samples = 1, .boxes = boxes, .count = TURNS};
         detail_result *detail = cost_run(fill, &machine, &boxed);
-        printf("g80, %d sets of 4 ways: %d misses of %d; a set holds %u to %u lines\n", 4 << i, (int)detail->total.depth_misses,
-               ACROSS * DOWN * TURNS, detail->occupancy[ACCESS_DEPTH].least, detail->occupancy[ACCESS_DEPTH].most);
+        printf("g80, %d sets of 4 ways: %d misses of %d; a set holds %u to %u lines\n", 4 << i,
+               (int)detail->total.depth_misses, ACROSS * DOWN * TURNS, detail->occupancy[ACCESS_DEPTH].least,
+               detail->occupancy[ACCESS_DEPTH].most);
         assert_int_equal(detail->total.depth_misses, wanted[i]);
         assert_int_equal(detail->occupancy[ACCESS_DEPTH].sets, 4 << i);
         assert_true(detail->occupancy[ACCESS_DEPTH].most - detail->occupancy[ACCESS_DEPTH].least <= 1);
@@ -220,7 +235,8 @@ static void partitions_are_no_sets(void **state)
 static void sets_are_used_evenly(void **state)
 {
     (void)state;
-    static const char both[] = "program both\nplane z depth\nplane base rgba\noutput base\npass first\ndepth less z\ntarget base replace color\nend\n"
+    static const char both[] = "program both\nplane z depth\nplane base rgba\noutput base\npass first\ndepth less "
+                               "z\ntarget base replace color\nend\n"
                                "schedule\nclear z far\nclear base background\ndraw opaque with first\nend\n";
     const char *const machines[] = {"g80", "programmable", "abuffer", "tiny", "modern"};
     for (size_t i = 0; i < sizeof machines / sizeof *machines; i++) {
@@ -229,8 +245,8 @@ static void sets_are_used_evenly(void **state)
         box_scene boxed = {.width = 512, .height = 384, .samples = 1, .boxes = boxes, .count = 1};
         detail_result *detail = cost_run(both, &machine, &boxed);
         for (int u = ACCESS_DEPTH; u <= ACCESS_COLOR; u++) {
-            printf("%-12s %-8s %u to %u lines in %u sets\n", machines[i], access_unit_names[u], detail->occupancy[u].least, detail->occupancy[u].most,
-                   detail->occupancy[u].sets);
+            printf("%-12s %-8s %u to %u lines in %u sets\n", machines[i], access_unit_names[u],
+                   detail->occupancy[u].least, detail->occupancy[u].most, detail->occupancy[u].sets);
             assert_true(detail->occupancy[u].most - detail->occupancy[u].least <= 1);
         }
         detail_destroy(detail);
@@ -241,12 +257,9 @@ static void sets_are_used_evenly(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(more_never_costs_time),
-        cmocka_unit_test(larger_caches_never_miss_more),
-        cmocka_unit_test(more_ways_never_miss_more),
-        cmocka_unit_test(sets_choose_what_hits),
-        cmocka_unit_test(partitions_are_no_sets),
-        cmocka_unit_test(sets_are_used_evenly),
+        cmocka_unit_test(more_never_costs_time),     cmocka_unit_test(larger_caches_never_miss_more),
+        cmocka_unit_test(more_ways_never_miss_more), cmocka_unit_test(sets_choose_what_hits),
+        cmocka_unit_test(partitions_are_no_sets),    cmocka_unit_test(sets_are_used_evenly),
     };
     return cmocka_run_group_tests(tests, open_scene, close_scene);
 }

@@ -192,7 +192,7 @@ static void files_are_read_strictly(void **state)
         {HEAD "machines: g80\nset:\n  core_mhz: [1..1000, 1001..2000]\n", "core_mhz is given more than 1024 values"},
         {HEAD "machines: g80\nset:\n  stencil_bits: 4..16*2\n", ":6:17: stencil_bits is `16`"},
         {HEAD "machines: g80\ndetail: cycles\n",
-         ":5:9: detail is `cycles`, but must be function, traffic or cycle; did you mean `cycle`?"},
+         ":5:9: detail is `cycles`, but must be function, traffic, cycle or sampled; did you mean `cycle`?"},
         {HEAD "machines: g80\ndetail: [cycle, function, cycle]\n", ":5:27: detail is given cycle a second time"},
         {HEAD "machines: g80\ndetail: []\n", "detail is an empty list"},
         {HEAD "machines: g80\ndetail: {cycle: 1}\n", "without tags or anchors"},

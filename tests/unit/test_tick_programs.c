@@ -10,7 +10,7 @@
 #include <string.h>
 #include <cmocka.h>
 
-enum { PROGRAM_MAX = 64 };
+enum { PROGRAM_MAX = 64, MAX_ITERATIONS = 4 };
 
 static const char *const machines[] = {"tiny", "g80", "programmable", "modern", "tiled", "abuffer"};
 
@@ -28,11 +28,14 @@ static bool all_programs(const char *machine_name, trace *trace, const char *tra
     bool good = true;
     assert_int_equal(machine_load(machine_name, &printing, &machine), STATUS_OK);
     for (int p = 0; p < count; p++) {
+        // abuffer is programmable but for its lists.
+        if (strcmp(machine_name, "abuffer") == 0 && strcmp(names[p], "a_buffer") != 0)
+            continue;
         char label[TICK_LABEL_SIZE];
         program *program = tick_program(names[p]);
         snprintf(label, sizeof label, "%s, %.63s, %s", machine_name, names[p], trace_name);
         if (wanted(label) && runs_on(program, &machine))
-            good &= tick_compare(program, &machine, trace, label, 0.02, measure);
+            good &= tick_compare(program, &machine, trace, MAX_ITERATIONS, label, 0.02, measure);
         program_destroy(program);
     }
     return good;
@@ -78,13 +81,13 @@ static void knot(void **state)
 static void sheets(void **state)
 {
     (void)state;
-    on_each_machine(tick_scene("scene:sheets,count=8,order=shuffled", 32, 4), "sheets of 4 samples");
+    on_each_machine(tick_scene("scene:sheets,count=8,order=shuffled", 16, 4), "sheets of 4 samples");
 }
 
 static void slices_cone(void **state)
 {
     (void)state;
-    on_each_machine(tick_scene("scene:slices_cone,slices=12,grid=4", 24, 4), "slices_cone of 4 samples");
+    on_each_machine(tick_scene("scene:slices_cone,slices=10,grid=4", 16, 4), "slices_cone of 4 samples");
 }
 
 int main(void)
