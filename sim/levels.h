@@ -138,8 +138,9 @@ static inline uint64_t frame_quads(const frame *frame, uint64_t lanes)
     return lanes & frame->quad_corners;
 }
 
-// Sampling: what is done with a pass's stamps. A pass is cut into strata of `period` stamps; each has one window at a place drawn by
-// `seed`. Before a window, units are filled by a lead; caches see every stamp.
+// Sampling: what is done with a pass's stamps. A pass begins with its head, until the queues of
+// units can be full; the rest is cut into strata of `period` stamps, each with one window at a place drawn by `seed`. Units go
+// from window to window with what they hold; a lead makes them meet what lies there. Caches see every stamp.
 typedef enum stamp_phase {
     PHASE_HEAD,     // the pass's first stamps, or all of a short pass: measured, each for itself alone
     PHASE_SKIP,     // executed, seen by caches, and nothing counted
@@ -147,7 +148,7 @@ typedef enum stamp_phase {
     PHASE_MEASURE,  // the same, and measured for all stamps of the pass but its head
 } stamp_phase;
 typedef struct sampling {
-    uint32_t head, lead, window, period;  // stamps
+    uint32_t head, lead, window, period;  // stamps; head: the fewest
     uint64_t seed;
 } sampling;
 
@@ -273,12 +274,11 @@ status clock_end_stamps(clock_state *clock, statistics *statistics);
 // Then each line of memory_flush, then clock_end_pass, which ends when everything is drained.
 status clock_flush(clock_state *clock, uint32_t partition, access_unit cache, const transfer *transfer);
 status clock_end_pass(clock_state *clock, statistics *statistics);
-// Sampling: stamps handed in from now on are measured or not; runs until all units are idle; goes on behind stamps that were
-// skipped, `begun` primitives of which came before; when the last of the stamps was done that were not measured, and that were.
-void clock_measure(clock_state *clock, bool measured);
-status clock_idle(clock_state *clock, statistics *statistics);
+// Sampling: goes on behind stamps that were skipped, `begun` primitives of which came before. Queues stay as they are, and
+// so does the time: as if the stamps to come had followed at once.
 void clock_resume(clock_state *clock, uint64_t begun);
-void clock_done(const clock_state *clock, uint64_t *unmeasured, uint64_t *measured);
+uint64_t clock_last_stamp(const clock_state *clock);  // after clock_end_stamps: cycle at which it was done
+uint64_t clock_front(const clock_state *clock);  // cycle at which the last stamp handed in has left the rasterizer
 void clock_settle(clock_state *clock, statistics *statistics);  // brings counts of units and channels up to date
 uint64_t clock_now(const clock_state *clock);            // cycle at which the last pass was drained
 uint64_t clock_last_fragment(const clock_state *clock);  // cycle at which its last fragment was done
@@ -320,7 +320,7 @@ typedef struct detail_result {
     // DETAIL_SAMPLED: statistics are estimates, and each lies within so much of the truth with 95 % confidence.
     sampling sampling;
     uint64_t windows, stamps_measured, stamps;
-    double half_widths[STATISTIC_COUNT];
+    double half_widths[STATISTIC_COUNT], memory_half_width;  // memory bytes: of those read and written together
 } detail_result;
 
 typedef struct detail_options {

@@ -3,9 +3,7 @@
 //
 // The function level always runs first: it makes the image and settles how often loops run; deeper levels take nothing
 // of theirs back to it.
-#include "command.h"
-
-#include "../levels.h"
+#include "sampling_words.h"
 
 #include <string.h>
 
@@ -51,9 +49,9 @@ static const command_option option_rows[] = {
     [ROW_REQUESTS] = {"requests", 0, "FILE", "cycle: write each request to memory as it is issued"},
     [ROW_REQUESTS_FORMAT] = {"requests-format", 0, "FORMAT",
                              "of --requests: dramsim3, ramulator, ramulator2 or csv; default csv"},
-    [ROW_SAMPLE_EVERY] = {"sample-every", 0, "N", "sampled: measure one stamp in N; default 16"},
-    [ROW_SAMPLE_WINDOW] = {"sample-window", 0, "STAMPS", "sampled: length of a window; default 512"},
-    [ROW_SEED] = {"seed", 0, "N", "sampled: draws the places of windows; default 1"},
+    [ROW_SAMPLE_EVERY] = SAMPLE_EVERY_ROW,
+    [ROW_SAMPLE_WINDOW] = SAMPLE_WINDOW_ROW,
+    [ROW_SEED] = SEED_ROW,
     {0},
 };
 
@@ -61,9 +59,7 @@ typedef struct run_words {
     const char *program, *trace, *machine, *detail, *image, *json, *csv, *timeline, *requests, *requests_format;
     detail_level level;
     run_options options;
-    sampling sampling;
-    uint64_t sample_every, sample_window;
-    bool samples;
+    sampling_words sampling;
 } run_words;
 
 // Takes one option; false after saying what is wrong with it.
@@ -88,9 +84,9 @@ static bool take_option(int option, const char *value, run_words *words)
             return false;
         words->options.vector_bytes = (int)number;
         return true;
-    case ROW_SAMPLE_EVERY: words->samples = true; return command_uint("sample-every", value, 2, 1 << 12, &words->sample_every);
-    case ROW_SAMPLE_WINDOW: words->samples = true; return command_uint("sample-window", value, 16, 1 << 18, &words->sample_window);
-    case ROW_SEED: words->samples = true; return command_uint("seed", value, 0, UINT64_MAX, &words->sampling.seed);
+    case ROW_SAMPLE_EVERY:
+    case ROW_SAMPLE_WINDOW:
+    case ROW_SEED: return sampling_words_take(option_rows[option].name, value, &words->sampling);
     case ROW_RATIO: return command_double("occlusion-ratio", value, 0, 1, &words->options.occlusion_ratio);
     default: return true;  // --set: taken when the machine is known
     }
@@ -124,7 +120,7 @@ static bool check_words(run_words *words)
     if (level < 0)
         return false;
     words->level = (detail_level)level;
-    if (words->samples && words->level != DETAIL_SAMPLED)
+    if (words->sampling.given && words->level != DETAIL_SAMPLED)
         return refuse("--sample-every, --sample-window and --seed want --detail sampled");
     if (words->csv && words->level == DETAIL_FUNCTION)
         return refuse("--csv wants --detail traffic or --detail cycle");
@@ -155,9 +151,7 @@ static status run_detail(const run_words *words, const program *program, const m
         .requests_format = words->requests ? words->requests_format : NULL,
         .timeline = timeline,
     };
-    sampling sampling = words->sampling;
-    sampling.window = (uint32_t)words->sample_window;
-    sampling.period = (uint32_t)(words->sample_window * words->sample_every);
+    const sampling sampling = sampling_words_get(&words->sampling);
     const detail_options options = {
         .level = words->level,
         .sampling = &sampling,
@@ -219,9 +213,7 @@ static status run(const run_words *words, const machine *machine)
 
 int command_run(int argc, char **argv)
 {
-    run_words words = {.detail = "function", .options = {.occlusion_ratio = -1, .reference = true}, .sampling = sampling_default()};
-    words.sample_window = words.sampling.window;
-    words.sample_every = words.sampling.period / words.sampling.window;
+    run_words words = {.detail = "function", .options = {.occlusion_ratio = -1, .reference = true}, .sampling = sampling_words_default()};
     command_line line = {.argc = argc, .argv = argv, .options = option_rows};
     for (int option; (option = command_next(&line)) != COMMAND_END;) {
         if (option == COMMAND_HELP)

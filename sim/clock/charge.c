@@ -78,7 +78,6 @@ void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *l
 {
     job->tile = stamp->tile;
     job->quads = stamp->quads;
-    job->measured = c->measured;
     job->touch_count = job->move_count = 0;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;

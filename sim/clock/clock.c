@@ -129,8 +129,6 @@ status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *stati
     c->statistics = statistics;
     c->now = c->last_fragment = c->drained;
     c->pass_start = c->drained;
-    c->measured = true;
-    c->done[0] = c->done[1] = c->drained;
     for (int i = 0; i < RESOURCE_COUNT; i++)
         c->bounds[i] = 0;
     order_stages(c);
@@ -246,7 +244,7 @@ status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines,
     }
 }
 
-status clock_idle(clock_state *c, statistics *statistics)
+static status idle(clock_state *c, statistics *statistics)
 {
     c->statistics = statistics;
     c->front.when = NEVER;
@@ -259,23 +257,22 @@ status clock_idle(clock_state *c, statistics *statistics)
     return STATUS_OK;
 }
 
-void clock_measure(clock_state *c, bool measured)
+uint64_t clock_last_stamp(const clock_state *c)
 {
-    c->measured = measured;
-    c->done[measured] = c->done[!measured];
+    return c->last_stamp;
 }
 
-void clock_done(const clock_state *c, uint64_t *unmeasured, uint64_t *measured)
+uint64_t clock_front(const clock_state *c)
 {
-    *unmeasured = c->done[0];
-    *measured = c->done[1];
+    return cycles_up(c->front.raster_free);
 }
 
 status clock_end_stamps(clock_state *c, statistics *statistics)
 {
-    const status status = clock_idle(c, statistics);
+    const status status = idle(c, statistics);
     if (status != STATUS_OK)
         return status;
+    c->last_stamp = c->last_fragment;
     front_end(c);
     for (int i = 0; i < c->partition_count; i++)
         c->partitions[i].flush_time = c->last_fragment;

@@ -40,7 +40,6 @@ typedef struct job {
     uint32_t tile, quads;
     uint64_t ready;           // arrives at its next stage
     stage_work work[STAGES_MAX];
-    bool measured;
     uint64_t stream_address;
     uint32_t stream_read, stream_written;
     queued_touch *touches;
@@ -69,7 +68,7 @@ typedef struct unit {
     bool open;                // a stamp is at hand
     uint64_t data_ready, last_lookup;
     uint64_t done;            // of its last operation
-    uint64_t busy, second_busy;  // parts, in this pass, of stamps that are measured
+    uint64_t busy, second_busy;  // parts, in this pass
     uint64_t settled, second_settled;  // cycles of those that statistics have
     flight *flights;          // a ring of `window` and more
     uint64_t flight_count, flight_mask;
@@ -124,9 +123,8 @@ struct clock_state {
     front front;
     divisor rates[8];         // charge.c
     uint64_t now;             // of the step being done
+    uint64_t last_stamp;      // when it was done, before what the pass's geometry adds
     uint64_t pass_start, drained, last_fragment;
-    bool measured;            // of stamps handed in now
-    uint64_t done[2];         // when the last stamp not measured, and measured, was done
     uint64_t bounds[RESOURCE_COUNT];
     request_log *log;
     timeline *timeline;       // NULL, or where what units do goes

@@ -145,7 +145,6 @@ bool front_step(clock_state *c, const stamp *stamp, uint32_t partition)
     f->raster_free = later(f->raster_free, c->now * CYCLE_PARTS) + takes;
     f->busy += takes;
     c->last_fragment = later(c->last_fragment, cycles_up(f->raster_free));
-    c->done[c->measured] = later(c->done[c->measured], cycles_up(f->raster_free));
     f->when = NEVER;
     return true;
 }
@@ -158,22 +157,35 @@ void front_end(clock_state *c)
     c->last_fragment = later(c->last_fragment, later(f->read_done, later(cycles_up(f->set_up), f->start + cycles_up(f->geometry))));
 }
 
+// What stood at i stands at i + step, modulo the size: three reversals.
+static void reverse(uint64_t *from, uint64_t count)
+{
+    for (uint64_t i = 0; i < count / 2; i++) {
+        const uint64_t kept = from[i];
+        from[i] = from[count - 1 - i];
+        from[count - 1 - i] = kept;
+    }
+}
+
+static void shift_ring(uint64_t *ring, uint64_t size, uint64_t step)
+{
+    reverse(ring, size);
+    reverse(ring, step % size);
+    reverse(ring + step % size, size - step % size);
+}
+
+// Triangles that wait for the rasterizer, and lines that were asked for, become those of the primitives that come now.
 void clock_resume(clock_state *c, uint64_t begun)
 {
     front *f = &c->front;
     const uint64_t ahead = (uint64_t)c->machine->triangles_ahead, count = c->pass.primitives;
-    c->now = later(c->now, c->last_fragment);
-    f->raster_free = later(f->raster_free, c->now * CYCLE_PARTS);
     if (!count || begun <= f->primitive)
         return;
-    // As in the middle of a pass: the lines of those ahead are there, and none of them is set up yet.
-    const uint64_t there = begun + ahead < count ? begun + ahead : count;
+    const uint64_t step = begun - f->primitive, there = f->asked + step < count ? f->asked + step : count;
+    shift_ring(f->begun, ahead, step);
+    shift_ring(f->read_ready, ahead + 1, step);
     f->primitive = begun;
     f->shared = share_up(f->geometry, begun, count);
-    for (f->asked = begun; f->asked < there; f->asked++)
-        f->read_ready[f->asked % (ahead + 1)] = c->now;
-    f->reads_issued = share_up(f->reads, there, count);
-    f->set_up = c->now * CYCLE_PARTS;
-    for (uint64_t i = 0; i < ahead; i++)
-        f->begun[i] = c->now;
+    f->asked = there;
+    f->reads_issued = later(f->reads_issued, share_up(f->reads, there, count));
 }

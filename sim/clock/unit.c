@@ -314,8 +314,8 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job, 
     }
     u->operation_free = begin + work->cost;
     u->second_free = work->second_cost ? begin + work->second_cost : u->second_free;
-    u->busy += job->measured ? work->cost : 0;
-    u->second_busy += job->measured ? work->second_cost : 0;
+    u->busy += work->cost;
+    u->second_busy += work->second_cost;
     const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
     if (stage == c->stage_count - 1) {
         u->operations[u->operation] = begin / CYCLE_PARTS;
@@ -330,7 +330,6 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job, 
         p->caches[touch->cache].last_use[touch->slot] = cycles_up(end);
     }
     c->last_fragment = later(c->last_fragment, job->ready);
-    c->done[job->measured] = later(c->done[job->measured], job->ready);
 }
 
 // Begins the stamp: the room that it had in the queue before is free.

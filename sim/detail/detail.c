@@ -143,6 +143,8 @@ static status drain(detail *d)
     pass_info pass = {.kind = PASS_DRAIN, .name = "second level"};
     if (!d->machine->l2_bytes)
         return STATUS_OK;
+    if (d->sampler)
+        return sampled_drain(d, &pass);
     const status status = begin_pass(d, &pass);
     return status == STATUS_OK ? finish_pass(d, true) : status;
 }
@@ -175,7 +177,7 @@ static status make_result(detail *d, const detail_options *options)
     detail_result *r = d->result;
     r->level = options->level;
     r->machine = *d->machine;
-    r->draw_count = frame->draw_count;
+    r->draw_count = d->sampler ? 0 : frame->draw_count;  // windows are of no draw
     r->draws = calloc((size_t)frame->draw_count + 1, sizeof *r->draws);
     r->plane_count = frame->plane_count;
     memcpy(r->plane_names, frame->plane_names, sizeof r->plane_names);
@@ -234,7 +236,7 @@ status detail_run(const program *program, const machine *machine, trace *trace, 
         status = make_result(&d, options);
     if (status == STATUS_OK)
         status = arrival_run(d.arrival, d.sampler ? &sampled : &whole);
-    if (status == STATUS_OK && !d.sampler)
+    if (status == STATUS_OK)
         status = drain(&d);
     if (status == STATUS_OK && d.clock)
         status = clock_finish(d.clock);

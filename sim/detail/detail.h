@@ -7,13 +7,14 @@
 // Of the level sampled: what was measured of the pass at hand.
 typedef struct sampler {
     stamp_phase phase;
-    bool any, running;           // a phase was told; units hold stamps
+    bool any;                    // a phase was told
     statistics at;               // when the phase began
+    uint64_t front;              // and where the rasterizer was
     statistics exact, head;      // of the pass: what is not sampled; its first stamps
     statistics *windows;         // a row each
     uint32_t window_count, window_capacity;
     uint64_t head_stamps;
-    double variances[STATISTIC_COUNT];  // of the sum over all passes so far
+    double variances[STATISTIC_COUNT + 1];  // of the sum over all passes so far; the last: of memory bytes read and written
     uint64_t freedom;            // degrees of
 } sampler;
 
@@ -44,6 +45,7 @@ status sampled_stamp(void *user, const stamp *stamp);
 status sampled_skip(void *user, const stamp *stamp);
 status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t begun);
 status sampled_end_pass(void *user);
+status sampled_drain(detail *detail, const pass_info *pass);  // of the second level, as a pass of its own
 void sampled_finish(detail *detail);
 
 #endif

@@ -1,8 +1,9 @@
 // The level sampled: a pass from its head, its windows and its end.
 //
-// estimate of a pass = what is known exactly (geometry) + head + mean of windows * stamps behind the head + end (the flush and
-// the drain). A window's cycles are those between the last stamp before it and the last of it being done. Windows lie at random places, one a
-// stratum, so the sum is unbiased but for units that a lead does not fill, and for the order in which
+// estimate of a pass = what is known exactly (geometry) + head + mean of windows * stamps behind the head + end (units that run
+// empty, the flush and the drain). A window's cycles are those between its first and its last stamp leaving the rasterizer: summed over all
+// stamps that is the pass's time but for its end, since units go from window to window with what they hold. Windows lie at random
+// places, one a stratum, so the sum is unbiased but for what a lead does not make up for, and for the order in which
 // caches see stamps that were run together. Its variance comes from differences of
 // neighbouring windows (Cochran 1977, 8.8), which trends within a pass do not widen; it adds up over passes.
 #include "detail.h"
@@ -24,7 +25,7 @@ status sampled_begin_pass(void *user, const pass_info *pass)
     sampler *s = d->sampler;
     const statistics before = d->raw;
     d->record = (pass_record){.info = *pass};
-    s->any = s->running = false;
+    s->any = false;
     s->window_count = 0;
     s->head_stamps = 0;
     s->head = (statistics){0};
@@ -47,23 +48,15 @@ static bool add_window(sampler *s, const statistics *window)
     return true;
 }
 
-// Ends the phase at hand: units run empty, and what was measured is kept.
+// Ends the phase at hand: what was measured is kept.
 static status end_phase(detail *d)
 {
     sampler *s = d->sampler;
-    uint64_t unmeasured, measured;
-    if (!s->any || !s->running)
-        return STATUS_OK;
-    const status status = clock_idle(d->clock, &d->raw);
-    if (status != STATUS_OK)
-        return status;
-    s->running = false;
-    if (s->phase != PHASE_HEAD && s->phase != PHASE_MEASURE)
+    if (!s->any || (s->phase != PHASE_HEAD && s->phase != PHASE_MEASURE))
         return STATUS_OK;
     clock_settle(d->clock, &d->raw);
-    clock_done(d->clock, &unmeasured, &measured);
     statistics since = statistics_since(&d->raw, &s->at);
-    since.cycles = since.fragment_cycles = measured > unmeasured ? measured - unmeasured : 0;
+    since.cycles = since.fragment_cycles = clock_front(d->clock) - s->front;
     if (s->phase == PHASE_HEAD) {
         s->head = since;
         s->head_stamps = since.stamps;
@@ -76,19 +69,13 @@ status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t be
 {
     detail *d = user;
     sampler *s = d->sampler;
-    const bool leads_in = s->any && s->phase == PHASE_LEAD && phase == PHASE_MEASURE;
-    status status = STATUS_OK;
+    const status status = end_phase(d);
     (void)window;
-    if (!leads_in)
-        status = end_phase(d);
-    if (phase == PHASE_HEAD || phase == PHASE_LEAD || phase == PHASE_MEASURE) {
-        if (!s->running && s->any)
-            clock_resume(d->clock, begun);
-        s->running = true;
-        clock_settle(d->clock, &d->raw);
-        clock_measure(d->clock, phase != PHASE_LEAD);
-        s->at = d->raw;
-    }
+    if (s->any && s->phase == PHASE_SKIP)
+        clock_resume(d->clock, begun);
+    clock_settle(d->clock, &d->raw);
+    s->at = d->raw;
+    s->front = s->any ? clock_front(d->clock) : clock_now(d->clock);
     s->phase = phase;
     s->any = true;
     return status;
@@ -110,6 +97,12 @@ status sampled_skip(void *user, const stamp *stamp)
 
 // ---- Estimating ----------------------------------------------------------------------------------------
 
+// Statistic i, or behind the last one the bytes read and written, whose errors go together.
+static double value_of(const statistics *s, int i)
+{
+    return i < STATISTIC_COUNT ? (double)statistic_value(s, i) : (double)(s->memory_bytes_read + s->memory_bytes_written);
+}
+
 // Adds the sum over all stamps behind the head, and its variance.
 static void estimate(detail *d, uint64_t stamps)
 {
@@ -123,17 +116,18 @@ static void estimate(detail *d, uint64_t stamps)
     if (!measured)
         return;
     const double scale = (double)stamps / (double)measured, m = s->window_count;
-    for (int i = 0; i < STATISTIC_COUNT; i++) {
+    for (int i = 0; i <= STATISTIC_COUNT; i++) {
         double sum = 0, squares = 0;
         for (uint32_t w = 0; w < s->window_count; w++) {
-            const double value = (double)values(&s->windows[w])[i];
+            const double value = value_of(&s->windows[w], i);
             sum += value;
             if (w) {
-                const double step = value - (double)values(&s->windows[w - 1])[i];
+                const double step = value - value_of(&s->windows[w - 1], i);
                 squares += step * step;
             }
         }
-        values(&d->record.statistics)[i] += (uint64_t)llround(scale * sum);
+        if (i < STATISTIC_COUNT)
+            values(&d->record.statistics)[i] += (uint64_t)llround(scale * sum);
         if (s->window_count > 1)
             s->variances[i] += scale * scale * m * squares / (2 * (m - 1)) * (1 - 1 / scale);
     }
@@ -159,18 +153,18 @@ static void estimate_bounds(detail *d)
     d->record.bound_by = detail_busiest(bounds, s->cycles);
 }
 
-status sampled_end_pass(void *user)
+static status finish_pass(detail *d, bool last)
 {
-    detail *d = user;
     sampler *s = d->sampler;
     status status = end_phase(d);
     const bool whole = !s->window_count;
-    if (status == STATUS_OK)
-        status = clock_end_stamps(d->clock, &d->raw);
+    const uint64_t front = clock_front(d->clock);
     clock_settle(d->clock, &d->raw);
     s->at = d->raw;
     if (status == STATUS_OK)
-        status = detail_flush(d, false);
+        status = clock_end_stamps(d->clock, &d->raw);
+    if (status == STATUS_OK)
+        status = detail_flush(d, last);
     if (status == STATUS_OK)
         status = clock_end_pass(d->clock, &d->raw);
     if (status != STATUS_OK)
@@ -187,14 +181,28 @@ status sampled_end_pass(void *user)
         r->cycles = pass_cycles;
         r->fragment_cycles = pass_cycles - drain;
     } else {
-        r->fragment_cycles = r->cycles;
+        const uint64_t geometry = clock_pass_bounds(d->clock)[RESOURCE_GEOMETRY];
+        r->cycles += clock_last_stamp(d->clock) - front;
+        r->fragment_cycles = r->cycles = r->cycles > geometry ? r->cycles : geometry;
         r->cycles += drain;
     }
     estimate_bounds(d);
     d->record.start = d->result->drained_cycles;
-    d->record.last_fragment = d->result->cycles = d->record.start + r->fragment_cycles;
+    d->record.last_fragment = d->record.start + r->fragment_cycles;
+    d->result->cycles = last ? d->result->cycles : d->record.last_fragment;
     d->record.drained = d->result->drained_cycles = d->record.start + r->cycles;
     return detail_keep_record(d);
+}
+
+status sampled_end_pass(void *user)
+{
+    return finish_pass(user, false);
+}
+
+status sampled_drain(detail *d, const pass_info *pass)
+{
+    const status status = sampled_begin_pass(d, pass);
+    return status == STATUS_OK ? finish_pass(d, true) : status;
 }
 
 // Two-sided 95 % quantiles of Student's t.
@@ -207,6 +215,8 @@ static double quantile(uint64_t freedom)
 
 void sampled_finish(detail *d)
 {
+    const double width = quantile(d->sampler->freedom);
     for (int i = 0; i < STATISTIC_COUNT; i++)
-        d->result->half_widths[i] = quantile(d->sampler->freedom) * sqrt(d->sampler->variances[i]);
+        d->result->half_widths[i] = width * sqrt(d->sampler->variances[i]);
+    d->result->memory_half_width = width * sqrt(d->sampler->variances[STATISTIC_COUNT]);
 }

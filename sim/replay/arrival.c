@@ -100,6 +100,7 @@ static status draw_stamp(arrival *a, const step *step, const stamp_chunk *chunk,
 {
     stamp stamp = {.begins_primitive = record->begins_primitive};
     stamp_execute(a, step->kernel, chunk, record, record->tile, record->lanes, &stamp);
+    phases_fill(a, &stamp);
     return a->sink->stamp(a->sink->user, &stamp);
 }
 
@@ -130,6 +131,7 @@ static status tell(arrival *a, const stamp *stamp)
     const status status = phases_next(a, false, &phase);
     if (status != STATUS_OK)
         return status;
+    phases_fill(a, stamp);
     return phase == PHASE_SKIP ? a->sink->skip(a->sink->user, stamp) : a->sink->stamp(a->sink->user, stamp);
 }
 

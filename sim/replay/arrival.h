@@ -41,7 +41,10 @@ typedef struct phase_plan {
     uint64_t begun;                 // primitives that began before it
     uint64_t window_start;          // of the stratum at hand
     uint32_t window;                // its number
-    bool whole;                     // too short a pass for windows
+    uint64_t head;                  // stamps of the head, once it has ended
+    uint64_t filled_stamps, filled_quads;  // that came to units so far
+    bool in_head;                   // until its end in a pass that is too short for windows
+    bool whole;                     // a pass that has no windows however long
     stamp_phase phase;              // that the sink knows of
     bool told;                      // it knows of any
     uint32_t window_told;
@@ -49,7 +52,7 @@ typedef struct phase_plan {
 
 // Stamps of a block that were passed over and not run yet (skip.c): their lanes do not overlap.
 typedef struct skipped { uint32_t chunk, record, next; } skipped;
-typedef struct skipped_block { uint32_t first, last; uint64_t lanes; bool listed; } skipped_block;
+typedef struct skipped_block { uint32_t first, last; uint64_t lanes; } skipped_block;
 
 typedef struct list_entry { uint64_t place, order; uint32_t code; float rgba[4]; } list_entry;
 
@@ -81,7 +84,6 @@ struct arrival {
     skipped *skipped;
     uint32_t skipped_count, skipped_capacity;
     skipped_block *skipped_blocks;  // one a block
-    uint32_t *skipped_tiles, skipped_tile_count;
     plane_access accesses[PLANE_MAX * 2];
 
     // While it runs:
@@ -124,6 +126,7 @@ status each_stamp(arrival *arrival, const step *step, stamp_body *body);
 status begin_pass(arrival *arrival, pass_kind kind, const char *name, bool numbered, const step *step, const kernel_use *use);
 // Sampling (sampling.c): begins a pass of so many stamps; the phase of its next stamp, told to the sink where it changes.
 void phases_begin(arrival *arrival, uint64_t stamps);
+void phases_fill(arrival *arrival, const stamp *stamp);  // it went through units
 status phases_next(arrival *arrival, bool begins_primitive, stamp_phase *phase);
 // Sampling (skip.c): a stamp to be run without being looked at, later, together with others of its block.
 status skip_stamp(arrival *arrival, const step *step, uint32_t chunk, uint32_t record);

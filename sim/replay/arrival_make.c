@@ -155,7 +155,6 @@ void arrival_destroy(arrival *a)
     free(a->ranges);
     free(a->skipped);
     free(a->skipped_blocks);
-    free(a->skipped_tiles);
     free(a);
 }
 

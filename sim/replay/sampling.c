@@ -1,6 +1,6 @@
 // Which stamps of a pass are looked at: its head, then windows at random places, one in each stratum.
 //
-// The last stratum ends with the pass: its lead goes on to the end, so that the pass's drain is met with units and caches filled.
+// The head is as long as queues take to fill; the pass's last stamps are a lead, so that its drain is met with units and caches filled.
 #include "arrival.h"
 
 sampling sampling_default(void)
@@ -21,14 +21,14 @@ static uint64_t draw_place(const arrival *a, uint64_t below)
 // Strata share what lies behind the head evenly: two at least, since one window alone tells nothing of how windows differ.
 static uint64_t strata(const arrival *a)
 {
-    const uint64_t count = (a->plan_of_phases.stamps - a->options.sampling->head) / a->options.sampling->period;
+    const uint64_t count = (a->plan_of_phases.stamps - a->plan_of_phases.head) / a->options.sampling->period;
     return count > 2 ? count : 2;
 }
 
 static uint64_t stratum_start(const arrival *a, uint64_t number)
 {
-    const uint64_t middle = a->plan_of_phases.stamps - a->options.sampling->head;
-    return a->options.sampling->head + middle / strata(a) * number + middle % strata(a) * number / strata(a);
+    const uint64_t middle = a->plan_of_phases.stamps - a->plan_of_phases.head;
+    return a->plan_of_phases.head + middle / strata(a) * number + middle % strata(a) * number / strata(a);
 }
 
 static void place_window(arrival *a)
@@ -40,27 +40,43 @@ static void place_window(arrival *a)
 
 void phases_begin(arrival *a, uint64_t stamps)
 {
-    const sampling *s = a->options.sampling;
-    a->plan_of_phases = (phase_plan){.stamps = stamps};
+    a->plan_of_phases = (phase_plan){.stamps = stamps, .in_head = true};
     a->passes_begun++;
-    if (!s)
+}
+
+void phases_fill(arrival *a, const stamp *stamp)
+{
+    a->plan_of_phases.filled_stamps += !stamp->hierarchical;
+    a->plan_of_phases.filled_quads += stamp->hierarchical ? 0 : stamp->quads;
+}
+
+// The head ends when stamps came that fill all queues: until then the rasterizer runs ahead of units at a speed of its own.
+static void end_head(arrival *a)
+{
+    phase_plan *p = &a->plan_of_phases;
+    const machine *m = a->machine;
+    const sampling *s = a->options.sampling;
+    const uint64_t parts = (uint64_t)m->partitions;
+    if (p->whole || p->at < s->head || p->filled_quads < parts * (uint64_t)m->shader_queue ||
+        p->filled_stamps < parts * (uint64_t)(m->raster_queue + m->depth_queue + m->color_queue))
         return;
-    // Windows, their leads and the pass's end must be worth it.
-    a->plan_of_phases.whole = stamps < s->head + 4ull * (s->lead + s->window);
-    if (!a->plan_of_phases.whole)
-        place_window(a);
+    // Windows, their leads and the pass's end must be worth it; else the rest is measured, too.
+    if (p->stamps < p->at + 4ull * (s->lead + s->window))
+        return;
+    p->in_head = false;
+    p->head = p->at;
+    place_window(a);
 }
 
 static stamp_phase phase_of(const arrival *a, uint64_t at)
 {
     const phase_plan *p = &a->plan_of_phases;
-    const sampling *s = a->options.sampling;
-    if (p->whole || at < s->head)
+    if (p->in_head)
         return PHASE_HEAD;
     if (p->window_start != UINT64_MAX && at >= p->window_start)
         return PHASE_MEASURE;
     const uint64_t next = p->window_start != UINT64_MAX ? p->window_start : p->stamps;
-    return at + s->lead >= next ? PHASE_LEAD : PHASE_SKIP;
+    return at + a->options.sampling->lead >= next ? PHASE_LEAD : PHASE_SKIP;
 }
 
 status phases_next(arrival *a, bool begins_primitive, stamp_phase *phase)
@@ -70,7 +86,9 @@ status phases_next(arrival *a, bool begins_primitive, stamp_phase *phase)
         *phase = PHASE_HEAD;
         return STATUS_OK;
     }
-    if (p->window_start != UINT64_MAX && !p->whole && p->at == p->window_start + a->options.sampling->window) {
+    if (p->in_head)
+        end_head(a);
+    else if (p->window_start != UINT64_MAX && p->at == p->window_start + a->options.sampling->window) {
         p->window++;
         place_window(a);
     }

@@ -21,8 +21,7 @@ static bool make_blocks(arrival *a)
 {
     const uint32_t tiles = a->tiling.tile_count;
     a->skipped_blocks = calloc(tiles, sizeof *a->skipped_blocks);
-    a->skipped_tiles = malloc(tiles * sizeof *a->skipped_tiles);
-    return a->skipped_blocks && a->skipped_tiles;
+    return a->skipped_blocks;
 }
 
 status skip_stamp(arrival *a, const step *step, uint32_t chunk, uint32_t record)
@@ -51,9 +50,6 @@ status skip_stamp(arrival *a, const step *step, uint32_t chunk, uint32_t record)
         a->skipped[block->last].next = a->skipped_count;
     else
         block->first = a->skipped_count;
-    if (!block->listed)
-        a->skipped_tiles[a->skipped_tile_count++] = r->tile;
-    block->listed = true;
     block->last = a->skipped_count++;
     block->lanes |= r->lanes;
     return STATUS_OK;
@@ -76,13 +72,15 @@ status skip_run_tile(arrival *a, const step *step, uint32_t tile)
     return a->sink->skip(a->sink->user, &stamp);
 }
 
+// Blocks go in the order of their last stamps, so that caches end up with what they would hold: the lines used last.
 status skip_run_all(arrival *a, const step *step)
 {
     status status = STATUS_OK;
-    for (uint32_t i = 0; status == STATUS_OK && i < a->skipped_tile_count; i++) {
-        status = skip_run_tile(a, step, a->skipped_tiles[i]);
-        a->skipped_blocks[a->skipped_tiles[i]].listed = false;
+    for (uint32_t i = 0; status == STATUS_OK && i < a->skipped_count; i++) {
+        const uint32_t tile = record_of(a, &a->skipped[i])->tile;
+        if (a->skipped[i].next == NOTHING && a->skipped_blocks[tile].last == i)
+            status = skip_run_tile(a, step, tile);
     }
-    a->skipped_tile_count = a->skipped_count = 0;
+    a->skipped_count = 0;
     return status;
 }

@@ -77,6 +77,22 @@ static void write_row(const detail_result *detail, const csv_row *row, FILE *fil
     fputs("\r\n", file);
 }
 
+// What the totals of a sampled run may be off by, in a row of its own.
+static void write_half_widths(const detail_result *detail, FILE *file)
+{
+    fputs("half_width,0", file);
+    write_pass(NULL, detail->level, file);
+    for (int i = 0; i < STATISTIC_COUNT; i++)
+        fprintf(file, ",%.17g", detail->half_widths[i]);
+    for (int i = 0; i < DERIVED_COUNT; i++) {
+        if (i == DERIVED_INDEX_memory_bytes)
+            fprintf(file, ",%.17g", detail->memory_half_width);
+        else
+            fputc(',', file);
+    }
+    fputs("\r\n", file);
+}
+
 status detail_write_csv(const detail_result *detail, const char *path, const report *report)
 {
     aside *aside;
@@ -86,6 +102,8 @@ status detail_write_csv(const detail_result *detail, const char *path, const rep
         return status;
     write_header(detail, file);
     write_row(detail, &(csv_row){"total", 0, NULL, &detail->total}, file);
+    if (detail->level == DETAIL_SAMPLED)
+        write_half_widths(detail, file);
     for (uint64_t i = 0; i < detail->pass_count; i++)
         write_row(detail, &(csv_row){"pass", i, &detail->passes[i], &detail->passes[i].statistics}, file);
     for (uint32_t i = 0; i < detail->draw_count; i++)

@@ -73,6 +73,7 @@ static void add_sampling(json_t *object, const detail_result *detail)
                                   json_count(detail->stamps_measured)));
     for (int i = 0; i < STATISTIC_COUNT; i++)
         json_object_set_new(intervals, statistic_rows[i].name, json_number(detail->half_widths[i]));
+    json_object_set_new(intervals, "memory_bytes", json_number(detail->memory_half_width));
     json_object_set_new(object, "half_widths", intervals);
 }
 

@@ -29,6 +29,24 @@ static void print_bytes(FILE *out, const char *before, uint64_t bytes, const cha
         fprintf(out, "%s%.3f MB %s", before, (double)bytes / 1e6, after);
 }
 
+// "name 1234 ± 56 unit (0.5 %)": what a sampled run may be off by.
+static void print_interval(FILE *out, const char *before, double value, double half_width, const char *unit)
+{
+    fprintf(out, "%s%.0f ± %.0f %s", before, value, half_width, unit);
+    if (value > 0)
+        fprintf(out, " (%.2f %%)", 100 * half_width / value);
+}
+
+static void print_sampling(const detail_result *detail, FILE *out)
+{
+    const double share = detail->stamps ? 100 * (double)detail->stamps_measured / (double)detail->stamps : 100;
+    fprintf(out, "  sampled             %" PRIu64 " windows; %" PRIu64 " of %" PRIu64 " stamps measured (%.1f %%)\n", detail->windows,
+            detail->stamps_measured, detail->stamps, share);
+    print_interval(out, "  estimates           ", (double)detail->total.cycles, detail->half_widths[STAT_INDEX_cycles], "cycles");
+    print_interval(out, ", ", derived(detail, DERIVED_INDEX_memory_bytes), detail->memory_half_width, "bytes");
+    fputs("\n                      ± half widths of intervals of 95 % confidence; shares and rates have none\n", out);
+}
+
 static void print_memory(const detail_result *detail, FILE *out)
 {
     const double bytes_per_fragment = derived(detail, DERIVED_INDEX_bytes_per_fragment);
@@ -120,6 +138,8 @@ status detail_print(const detail_result *detail, FILE *out)
 {
     fprintf(out, "\n%s on %s, %" PRIu64 " passes\n", detail_level_names[detail->level], detail->machine.name,
             detail->pass_count);
+    if (detail->level == DETAIL_SAMPLED)
+        print_sampling(detail, out);
     print_memory(detail, out);
     if (detail->level >= DETAIL_CYCLE) {
         print_time(detail, out);

@@ -1,0 +1,29 @@
+// The words of the sampling options in, a sampling out: what no word says is as by default.
+#include "sampling_words.h"
+
+#include <string.h>
+
+sampling_words sampling_words_default(void)
+{
+    const sampling s = sampling_default();
+    return (sampling_words){.every = s.period / s.window, .window = s.window, .seed = s.seed};
+}
+
+bool sampling_words_take(const char *option, const char *value, sampling_words *words)
+{
+    words->given = true;
+    if (strcmp(option, "sample-every") == 0)
+        return command_uint(option, value, 2, 1 << 12, &words->every);
+    if (strcmp(option, "sample-window") == 0)
+        return command_uint(option, value, 16, 1 << 18, &words->window);
+    return command_uint(option, value, 0, UINT64_MAX, &words->seed);
+}
+
+sampling sampling_words_get(const sampling_words *words)
+{
+    sampling s = sampling_default();
+    s.window = (uint32_t)words->window;
+    s.period = (uint32_t)(words->window * words->every);
+    s.seed = words->seed;
+    return s;
+}
