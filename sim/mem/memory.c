@@ -140,7 +140,7 @@ void memory_begin_pass(memory *m, const pass_info *pass, statistics *s)
 {
     const uint64_t line = (uint64_t)m->machine->line_bytes;
     const uint64_t reads = geometry_reads(m->machine, pass) * line, writes = geometry_writes(m->machine, pass) * line;
-    m->pass = pass;
+    m->pass = *pass;
     m->flush_partition = m->flush_cache = m->flush_line = 0;
     for (int64_t p = 0; p < m->machine->partitions; p++)
         cache_forget(&m->caches[ACCESS_TEXTURE][p]);  // which does not see what the ROP wrote
@@ -253,8 +253,8 @@ static void count_fragments(const memory *m, const stamp *stamp, statistics *s)
     s->fragments_discarded += shaded - alive;
     s->fragments_failed += alive - passed;
     s->fragments_passed += passed;
-    s->quads_shaded += m->pass->shader_operations ? stamp->quads_shaded : 0;
-    s->shader_operations += 4ull * m->pass->shader_operations * stamp->quads_shaded;
+    s->quads_shaded += m->pass.shader_operations ? stamp->quads_shaded : 0;
+    s->shader_operations += 4ull * m->pass.shader_operations * stamp->quads_shaded;
     s->texture_samples += 4ull * m->frame->samples * stamp->texture_reads;
     s->kernel_slots += stamp->kernel_slots;
 }
@@ -263,7 +263,7 @@ static void count_fragments(const memory *m, const stamp *stamp, statistics *s)
 static void stream(memory *m, const stamp *stamp, statistics *s)
 {
     const uint32_t bytes = round_to_bursts(m, stamp->list_bytes), partition = m->out.partition;
-    const bool write = m->pass->kind == PASS_DRAW;
+    const bool write = m->pass.kind == PASS_DRAW;
     m->out.stream_read = write ? 0 : bytes;
     m->out.stream_written = write ? bytes : 0;
     if (!bytes)
