@@ -69,6 +69,7 @@ typedef struct pass_info {
     uint64_t iteration;           // of the outermost repeats, from 1; 0 outside
     bool free_kernel;             // one unit runs it; else the depth and the colour unit do
     bool hierarchical, early;     // the pass allows it (the machine may not have it)
+    const char *hierarchical_forbidden, *early_forbidden;  // why not; NULL: it does, or it is no draw
     uint32_t shader_operations;   // of a fragment; 0: nothing is shaded
     uint64_t triangles, vertices; // of the draws drawn
     uint64_t stamps;              // that will come
@@ -281,6 +282,7 @@ uint64_t clock_front(const clock_state *clock);  // cycle at which the last stam
 void clock_settle(clock_state *clock, statistics *statistics);  // brings counts of units and channels up to date
 uint64_t clock_now(const clock_state *clock);            // cycle at which the last pass was drained
 uint64_t clock_last_fragment(const clock_state *clock);  // cycle at which its last fragment was done
+void clock_bytes(const clock_state *clock, uint64_t *read, uint64_t *written);  // that channels moved since the start
 status clock_finish(clock_state *clock);                 // completes the requests' file
 
 // What a pass cannot go below, whatever the rest of the machine does; its index in clock_resource_names, whose last is the

@@ -1,5 +1,7 @@
-// `ropsim papers`: figure 1 and the counts of table 1 of the coherent layer peeling paper, on meshes that the user has.
-#include "papers.h"
+// `ropsim papers`: figure 1 and table 1 of the coherent layer peeling paper, on meshes that the user has: counts, or
+// with
+// --time and --gain times.
+#include "papers_time.h"
 
 #include <ctype.h>
 #include <stdlib.h>
@@ -10,22 +12,41 @@
 static const char STAND_IN_MESH[] = "/usr/share/glmark2/models/bunny.obj";
 static const char STAND_IN_SCENE[] = "scene:knot";
 
-enum { ROW_OUT, ROW_SIZE, ROW_FIGURE_SIZE, ROW_SLICES, ROW_BUCKETS, ROW_THREADS, ROW_SET };
+enum {
+    ROW_OUT,
+    ROW_SIZE,
+    ROW_FIGURE_SIZE,
+    ROW_SLICES,
+    ROW_BUCKETS,
+    ROW_THREADS,
+    ROW_SET,
+    ROW_TIME,
+    ROW_GAIN,
+    ROW_GRID,
+    ROW_SVG
+};
 static const command_option option_rows[] = {
-    [ROW_OUT] = {"out", 'o', "FOLDER", "where a JSON a run and papers.csv go; default: nowhere"},
+    [ROW_TIME] = {"time", 0, NULL, "times and frame rates on the paper's card beside the paper's, instead of counts"},
+    [ROW_GAIN] = {"gain", 0, NULL, "what a programmable ROP would gain, over the slots a clock of its kernel unit"},
+    [ROW_OUT] = {"out", 'o', "FOLDER", "where a JSON a run and papers.csv, time.csv or gain.csv go; default: nowhere"},
     [ROW_SIZE] = {"size", 0, "WxH", "of the meshes' pictures in pixels; default 512x512"},
     [ROW_FIGURE_SIZE] = {"figure-size", 0, "WxH", "of figure 1 in pixels; default 128x128"},
     [ROW_SLICES] = {"slices", 0, "N", "slices of figure 1; default 256"},
     [ROW_BUCKETS] = {"buckets", 0, "N", "buckets of the sort by centroid; default 1024"},
     [ROW_THREADS] = {"threads", 0, "N", "threads of the replay; default 0: one a processor"},
-    [ROW_SET] = {"set", 0, "KEY=VALUE", "change one key of the machine " COMMAND_DEFAULT_MACHINE "; may be repeated"},
+    [ROW_SET] = {"set", 0, "KEY=VALUE",
+                 "change one key of the machine " COMMAND_DEFAULT_MACHINE
+                 "; with --time and --gain of all machines; may be repeated"},
+    [ROW_GRID] = {"grid", 0, "N", "with --time and --gain: quads a side of a slice; default 1"},
+    [ROW_SVG] = {"svg", 0, "FILE", "with --gain: write a plot"},
     {0},
 };
 
 typedef struct papers {
     const char *words[PAPER_MESHES_MAX];
     int word_count;
-    const char *out;
+    const char *out, *svg;
+    bool time, gain;
     run_options run;
     machine machine;
     paper_setup setup;
@@ -48,10 +69,18 @@ static bool read_size(const char *option, const char *text, record_options *opti
 // Takes one word; false after saying what is wrong with it.
 static bool take_word(int option, const char *value, papers *papers)
 {
-    enum { SLICES_MAX = 4096 };  // as the scene has it
+    enum { SLICES_MAX = 4096, GRID_MAX = 128 };  // as the scene has them
     uint64_t number = 0;
     switch (option) {
     case ROW_OUT: papers->out = value; return true;
+    case ROW_SVG: papers->svg = value; return true;
+    case ROW_TIME: papers->time = true; return true;
+    case ROW_GAIN: papers->gain = true; return true;
+    case ROW_GRID:
+        if (!command_uint("grid", value, 1, GRID_MAX, &number))
+            return false;
+        papers->setup.grid = (uint32_t)number;
+        return true;
     case ROW_SIZE: return read_size("size", value, &papers->setup.mesh);
     case ROW_FIGURE_SIZE: return read_size("figure-size", value, &papers->setup.figure);
     case ROW_SLICES:
@@ -241,9 +270,52 @@ static status measure(papers *papers, paper_bench *bench)
     return paper_bench_finish(bench);
 }
 
+static status measure_counts(papers *papers, int argc, char **argv)
+{
+    paper_bench *bench = NULL;
+    status status = command_find_machine(NULL, argc, argv, option_rows, ROW_SET, &papers->machine);
+    const uint64_t cases = PAPER_FIGURE_COUNT + (uint64_t)papers->setup.subject_count * PAPER_ORDER_COUNT;
+    if (status == STATUS_OK)
+        status = paper_bench_create(&papers->machine, &papers->run, papers->out, cases, &bench);
+    if (status == STATUS_OK)
+        status = measure(papers, bench);
+    paper_bench_destroy(bench);
+    return status;
+}
+
+// The user's --set, then what makes each machine what it is.
+static status find_machines(int argc, char **argv, paper_machine_set *set)
+{
+    status status = STATUS_OK;
+    for (int i = 0; status == STATUS_OK && i < PAPER_MACHINE_COUNT; i++) {
+        const paper_machine_row *row = &paper_machines[i];
+        status = command_find_machine(row->file, argc, argv, option_rows, ROW_SET, &set->machines[i]);
+        for (int k = 0; status == STATUS_OK && k < 2 && row->settings[k][0]; k++) {
+            char assignment[2 * NAME_SIZE];
+            snprintf(assignment, sizeof assignment, "%s=%s", row->settings[k][0], row->settings[k][1]);
+            status = machine_set(&set->machines[i], assignment, &command_report);
+        }
+    }
+    return status;
+}
+
+static status measure_times(papers *papers, int argc, char **argv)
+{
+    paper_machine_set *set = malloc(sizeof *set);
+    if (!set)
+        return report_error(&command_report, STATUS_IO, "out of memory");
+    status status = find_machines(argc, argv, set);
+    if (status == STATUS_OK && papers->time)
+        status = paper_time_all(&papers->setup, set, &papers->run, papers->out);
+    if (status == STATUS_OK && papers->gain)
+        status = paper_gain_all(&papers->setup, set, &papers->run, papers->out, papers->svg);
+    free(set);
+    return status;
+}
+
 int command_papers(int argc, char **argv)
 {
-    papers papers = {.run = {.occlusion_ratio = -1, .reference = true}, .setup = {.slices = 256}};
+    papers papers = {.run = {.occlusion_ratio = -1, .reference = true}, .setup = {.slices = 256, .grid = 1}};
     command_line line = {.argc = argc, .argv = argv, .options = option_rows};
     record_defaults(&papers.setup.mesh);
     record_defaults(&papers.setup.figure);
@@ -255,16 +327,12 @@ int command_papers(int argc, char **argv)
         if (option == COMMAND_ERROR || !take_word(option, line.value, &papers))
             return STATUS_USAGE;
     }
-    paper_bench *bench = NULL;
-    status status = command_find_machine(NULL, argc, argv, option_rows, ROW_SET, &papers.machine);
+    if (papers.svg && !papers.gain)
+        return (int)command_usage("papers", "--svg wants --gain");
+    const bool times = papers.time || papers.gain;
+    status status = add_subjects(&papers);
     if (status == STATUS_OK)
-        status = add_subjects(&papers);
-    uint64_t cases = PAPER_FIGURE_COUNT + (uint64_t)papers.setup.subject_count * PAPER_ORDER_COUNT;
-    if (status == STATUS_OK)
-        status = paper_bench_create(&papers.machine, &papers.run, papers.out, cases, &bench);
-    if (status == STATUS_OK)
-        status = measure(&papers, bench);
-    paper_bench_destroy(bench);
+        status = times ? measure_times(&papers, argc, argv) : measure_counts(&papers, argc, argv);
     free(papers.setup.subjects);
     return (int)status;
 }

@@ -33,7 +33,7 @@ typedef enum paper_figure {
 #include "papers.def"
     PAPER_FIGURE_COUNT
 } paper_figure;
-#define PAPER_ROW(model, view, faces, a, b, peel) PAPER_ROW_##model##_##view,
+#define PAPER_ROW(model, view, faces, a, b, peel, a_fps, b_fps, peel_fps) PAPER_ROW_##model##_##view,
 enum {
 #include "papers.def"
     PAPER_ROW_COUNT
@@ -52,6 +52,7 @@ typedef struct paper_row {
     paper_view view;
     uint32_t faces;
     uint64_t coherent_a, coherent_b, layer_peel;  // iterations
+    double fps_coherent_a, fps_coherent_b, fps_layer_peel;
 } paper_row;
 
 typedef struct paper_program_row {
@@ -74,6 +75,16 @@ extern const paper_order_row paper_orders[PAPER_ORDER_COUNT];
 extern const paper_order_row paper_figures[PAPER_FIGURE_COUNT];
 // The model of table 1 that is called so; NULL, with the names and the nearest one said, if there is none.
 const char *paper_model(const char *name);
+
+// ---- Traces (papers_trace.c) ---------------------------------------------------------------------------
+
+enum { PAPER_FOLDER_SIZE = PAPER_PATH_SIZE };
+// Makes a folder for traces in $TMPDIR; empty if it fails.
+status paper_folder_make(char folder[PAPER_FOLDER_SIZE]);
+// Records the scene and opens the trace, whose file has no name any more. Warnings of the mesh were said before.
+status paper_trace_record(const char *folder, const char *scene, const record_options *options, trace **trace);
+// Says errors alone: each mesh is loaded once for its box and once for each trace.
+extern const report paper_errors;
 
 // ---- Measuring (papers_measure.c) ----------------------------------------------------------------------
 
@@ -140,6 +151,7 @@ typedef struct paper_subject {
 typedef struct paper_setup {
     record_options figure, mesh;  // the latter's camera is each subject's own
     uint32_t slices;
+    uint32_t grid;  // of a slice, in timed runs
     paper_case figures[PAPER_FIGURE_COUNT];
     paper_subject *subjects;  // malloc
     int subject_count;

@@ -1,6 +1,4 @@
 // A scene to a trace, the trace through every program: counts out, a JSON file a cell and one CSV of all.
-//
-// A trace's name is gone as soon as it is open, so that no way of ending leaves one behind.
 #include "papers.h"
 
 #include <errno.h>
@@ -14,21 +12,12 @@ struct paper_bench {
     program *programs[PAPER_PROGRAM_COUNT];
     const machine *machine;
     run_options run;
-    char folder[PAPER_PATH_SIZE];  // of traces; empty: not made
+    char folder[PAPER_FOLDER_SIZE];  // of traces; empty: not made
     const char *out;
     aside *csv;  // NULL: no results are kept
     FILE *csv_file;
     uint64_t done, total;  // cells
 };
-
-// Each mesh is loaded once for its box and once for each trace: what there is to warn about was said the first time.
-static void say_errors(void *user, severity severity, const char *text)
-{
-    (void)user;
-    if (severity == SEVERITY_ERROR)
-        command_report.say(command_report.user, severity, text);
-}
-static const report errors_only = {.say = say_errors};
 
 static status load_programs(paper_bench *bench)
 {
@@ -41,17 +30,6 @@ static status load_programs(paper_bench *bench)
         if (status == STATUS_OK)
             status = verify_program(bench->programs[i], path, &limits, &command_report);
     }
-    return status;
-}
-
-static status make_folder(paper_bench *bench)
-{
-    const char *parent = getenv("TMPDIR");
-    snprintf(bench->folder, sizeof bench->folder, "%s/ropsim-papers-XXXXXX", parent && *parent ? parent : "/tmp");
-    if (mkdtemp(bench->folder))
-        return STATUS_OK;
-    status status = report_error(&command_report, STATUS_IO, "%s: cannot be made: %s", bench->folder, strerror(errno));
-    bench->folder[0] = 0;
     return status;
 }
 
@@ -81,7 +59,7 @@ status paper_bench_create(const machine *machine, const run_options *run, const 
     new->total = cases *PAPER_PROGRAM_COUNT;
     status status = load_programs(new);
     if (status == STATUS_OK)
-        status = make_folder(new);
+        status = paper_folder_make(new->folder);
     if (status == STATUS_OK && out)
         status = open_results(new);
     if (status != STATUS_OK) {
@@ -106,7 +84,7 @@ static status replay_cell(paper_bench *bench, trace *trace, paper_program progra
     paper_cell *cell = &measured->cells[program];
     status status = trace_rewind(trace);
     if (status == STATUS_OK)
-        status = replay_run(bench->programs[program], bench->machine, trace, &bench->run, &errors_only, &result);
+        status = replay_run(bench->programs[program], bench->machine, trace, &bench->run, &paper_errors, &result);
     if (status != STATUS_OK)
         return status;
     *cell = (paper_cell){.known = true,
@@ -151,17 +129,13 @@ static status describe_trace(trace *trace, paper_case *measured)
 status paper_measure(paper_bench *bench, const char *scene, const record_options *options, bool on_meshes,
                      const char *subject, const char *order, paper_case *measured)
 {
-    char path[PAPER_PATH_SIZE + 16], what[3 * PAPER_LABEL_SIZE + NAME_SIZE];
+    char what[3 * PAPER_LABEL_SIZE + NAME_SIZE];
     trace *trace = NULL;
     *measured = (paper_case){.order = order};
     snprintf(measured->subject, sizeof measured->subject, "%s", subject);
-    snprintf(path, sizeof path, "%s/trace.ropt", bench->folder);
     snprintf(what, sizeof what, "%s, order %s: recording", subject, order);
     report_progress(&command_report, what, bench->done, bench->total);
-    status status = record_scenes(&scene, 1, options, path, &errors_only);
-    if (status == STATUS_OK)
-        status = trace_open(path, &command_report, &trace);
-    unlink(path);
+    status status = paper_trace_record(bench->folder, scene, options, &trace);
     if (status == STATUS_OK)
         status = describe_trace(trace, measured);
     for (int i = 0; status == STATUS_OK && i < PAPER_PROGRAM_COUNT; i++, bench->done++) {

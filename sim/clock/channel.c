@@ -207,13 +207,14 @@ static uint64_t transfer(channel *c, bool write, int64_t row, bank *bank, uint64
 // Bytes start to end, row by row. Returns the clock in which the last row's data start.
 static uint64_t perform(channel *c, bool write, uint64_t start, uint64_t end, uint64_t earliest)
 {
-    uint64_t column, bank_index, started;
+    uint64_t column, place, bank_index, started;
     uint64_t number = divide(start, &c->row_bytes, &column);
     do {
         uint64_t bytes = c->row_bytes.value - column;
         if (bytes > end - start)
             bytes = end - start;
-        uint64_t row = divide(number, &c->banks, &bank_index);
+        const uint64_t row = divide(number, &c->banks, &place);
+        divide(place + row + divide(row, &c->banks, &bank_index), &c->banks, &bank_index);
         started = transfer(c, write, (int64_t)row, &c->open[bank_index], bytes, earliest);
         start += bytes;
         column = 0;
@@ -342,9 +343,9 @@ bool channel_write(channel *c, uint64_t time, uint64_t address, uint32_t bytes, 
     const uint32_t size = (uint32_t)c->timing.write_queue;
     write_while_idle(c, request.clock);
     let_writes_leave(c, request.clock);
-    if (c->held == size) {
-        // The oldest half is put to work: so much of it as is not yet. While writes keep coming, half a queue is then
-        // always on its way, and the data bus does not wait for the commands of the next.
+    if (c->held == size && c->begun <= size / 4) {
+        // The oldest half is put to work at once, since each turn of the bus costs; a quarter that is still on its way is
+        // the lead that the commands of the next get.
         while (c->begun < (size + 1) / 2) {
             begin_write(c, request.clock);
             c->counts.writes_forced++;

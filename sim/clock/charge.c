@@ -36,10 +36,13 @@ static uint64_t color_cost(const clock_state *c, const plane_access *access)
     const uint64_t pixels = 4 * quad_count(c, access->written), samples = pixels * c->frame->samples;
     if (!access->written)
         return 0;
-    if (access->read)
-        return cost(c, samples, c->frame->plane_bits[access->plane] > 64 ? RATE_WIDE : RATE_BLEND);
     const uint64_t by_pixels = cost(c, pixels, RATE_PIXELS), by_samples = cost(c, samples, RATE_SAMPLES);
-    return by_pixels > by_samples ? by_pixels : by_samples;
+    const uint64_t write = by_pixels > by_samples ? by_pixels : by_samples;
+    if (!access->read)
+        return write;
+    // What was blended is written like anything else, so a blend is never faster.
+    const uint64_t blend = cost(c, samples, c->frame->plane_bits[access->plane] > 64 ? RATE_WIDE : RATE_BLEND);
+    return blend > write ? blend : write;
 }
 
 // The stage's touches are those of one cache, or of two one behind the other.
@@ -47,8 +50,14 @@ static void take_touches(const stamp_lines *lines, access_unit cache, job *job, 
 {
     if (!work->touch_count)
         work->first_touch = job->touch_count;
-    for (int i = 0; i < lines->counts[cache]; i++)
-        job->touches[job->touch_count++] = (queued_touch){lines->touches[cache][i], (uint8_t)cache, job->stretch};
+    for (int i = 0; i < lines->counts[cache]; i++) {
+        const line_touch *line = &lines->touches[cache][i];
+        const bool moves = line->fill.bytes || line->spill.bytes;
+        if (moves)
+            job->moves[job->move_count] = (queued_move){line->fill, line->spill};
+        job->touches[job->touch_count++] = (queued_touch){line->slot, job->move_count, (uint8_t)cache, line->miss, line->replaces, moves, job->stretch};
+        job->move_count += moves;
+    }
     work->touch_count += (uint32_t)lines->counts[cache];
 }
 
@@ -69,7 +78,7 @@ void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *l
 {
     job->tile = stamp->tile;
     job->quads = stamp->quads;
-    job->touch_count = 0;
+    job->touch_count = job->move_count = 0;
     job->stretch = c->stretch;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;

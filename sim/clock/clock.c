@@ -45,6 +45,7 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     for (int i = 0; good && i < c->partition_count; i++)
         good = (c->partitions[i].channel = channel_create(&timing)) && units_make(c, &c->partitions[i], slots);
     charge_init(c);
+    c->timeline = config ? config->timeline : NULL;
     status status = good ? STATUS_OK : refuse_memory(c);
     if (status == STATUS_OK && config && config->requests_path)
         status = request_log_open(config->requests_path, config->requests_format, (uint32_t)machine->memory_burst_bytes,
@@ -90,6 +91,15 @@ uint64_t clock_now(const clock_state *c)
 uint64_t clock_last_fragment(const clock_state *c)
 {
     return c->last_fragment;
+}
+
+void clock_bytes(const clock_state *c, uint64_t *read, uint64_t *written)
+{
+    *read = *written = 0;
+    for (int i = 0; i < c->partition_count; i++) {
+        *read += channel_get_counts(c->partitions[i].channel)->bytes_read;
+        *written += channel_get_counts(c->partitions[i].channel)->bytes_written;
+    }
 }
 
 const uint64_t *clock_pass_bounds(const clock_state *c)
@@ -153,12 +163,12 @@ static void step_partition(clock_state *c, partition *p)
 
 static const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
 
-// Nothing can go on although work is left: says which queue is full.
+// Nothing can go on although work is left: says which queue is full, the last one: those before it wait for it.
 static status blocked(const clock_state *c)
 {
     for (int i = 0; i < c->partition_count; i++) {
         const partition *p = &c->partitions[i];
-        for (int s = 0; s < c->stage_count; s++) {
+        for (int s = c->stage_count - 1; s >= 0; s--) {
             const uint64_t arrived = s ? p->units[s - 1].started : p->pushed;
             if (p->units[s].started < arrived)
                 return report_error(c->report, STATUS_REFUSED,
@@ -174,12 +184,12 @@ static bool reserve_touches(job *job, const stamp_lines *lines)
     const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
     if (count <= job->touch_capacity)
         return true;
-    queued_touch *grown = realloc(job->touches, 2 * count * sizeof *grown);
-    if (grown) {
-        job->touches = grown;
-        job->touch_capacity = 2 * count;
-    }
-    return grown;
+    queued_touch *touches = realloc(job->touches, 2 * count * sizeof *touches);
+    job->touches = touches ? touches : job->touches;
+    queued_move *moves = touches ? realloc(job->moves, 2 * count * sizeof *moves) : NULL;
+    job->moves = moves ? moves : job->moves;
+    job->touch_capacity = moves ? 2 * count : job->touch_capacity;
+    return moves;
 }
 
 // Doubles the ring where the stamps on their way fill it.
@@ -275,8 +285,7 @@ status clock_flush(clock_state *c, uint32_t partition, access_unit cache, const 
     (void)cache;
     c->now = p->flush_time;
     if (transfer->bytes && transfer->on_chip)
-        p->l2_free = later(p->l2_free, c->now * CYCLE_PARTS) +
-                     ((uint64_t)transfer->bytes * (uint64_t)c->partition_count * CYCLE_PARTS) / (uint64_t)c->machine->l2_bytes_per_clock;
+        clock_l2_move(c, p, transfer->bytes);
     else
         while (!clock_write(c, p, transfer->address, transfer->bytes, &c->now))
             continue;
@@ -369,12 +378,14 @@ status clock_end_pass(clock_state *c, statistics *s)
     mark_blocks(c);
     c->drained = c->last_fragment;
     for (int i = 0; i < c->partition_count; i++) {
-        const partition *p = &c->partitions[i];
+        partition *p = &c->partitions[i];
         const uint64_t end = channel_drain(p->channel, later(p->flush_time, c->last_fragment));
         c->drained = later(c->drained, later(end, cycles_up(p->l2_free)));
         bound(c, RESOURCE_MEMORY, memory_cycles(c, channel_get_counts(p->channel)->busy_clocks - p->before.busy_clocks));
-        for (int k = 0; k < c->stage_count; k++)
+        for (int k = 0; k < c->stage_count; k++) {
             bound_by_unit(c, &p->units[k]);
+            spans_end(c, &p->units[k]);
+        }
     }
     clock_settle(c, s);
     s->geometry_busy += c->bounds[RESOURCE_GEOMETRY];

@@ -22,10 +22,12 @@ enum { STAGES_MAX = 3, STEPS_NONE = 0 };
 
 // A touch of a line, with the cache that it is of.
 typedef struct queued_touch {
-    line_touch line;
+    uint32_t slot, move;      // move: its transfers among the job's, if it has any
     uint8_t cache;            // access_unit
+    bool miss, replaces, moves;
     uint64_t stretch;
 } queued_touch;
+typedef struct queued_move { transfer fill, spill; } queued_move;
 
 // A stamp on its way through one stage.
 typedef struct stage_work {
@@ -43,14 +45,18 @@ typedef struct job {
     uint32_t stream_read, stream_written;
     uint64_t stretch;
     queued_touch *touches;
-    uint32_t touch_count, touch_capacity;
+    queued_move *moves;       // of the touches that move bytes: most do not, and copies cost
+    uint32_t touch_count, move_count, touch_capacity;
 } job;
 
 // An operation that another one on the same sample must wait for.
 typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
 
+typedef struct span { const char *name; uint64_t start, end; } span;  // of a timeline
+
 typedef struct unit {
     unit_kind kind;
+    int partition;
     uint64_t when;            // of its next step; NEVER: waits for another unit
     uint64_t started;         // stamps begun in this pass
     uint64_t quads_started;   // quads of those
@@ -63,20 +69,20 @@ typedef struct unit {
     uint32_t step;            // how far it got in that touch
     bool open;                // a stamp is at hand
     uint64_t data_ready, last_lookup;
-    uint64_t blocked_at;      // when it found the next queue full; NEVER: it did not
     uint64_t done;            // of its last operation
     uint64_t busy, second_busy;  // parts, in this pass
     uint64_t settled, second_settled;  // cycles of those that statistics have
     flight *flights;          // a ring of `window` and more
     uint64_t flight_count, flight_mask;
     uint64_t *buckets;        // interlock by buckets: when the last operation there is done
+    span spans[2];            // of operations and lookups, not written yet
 } unit;
 
 typedef struct line_cache {
     uint64_t *ready, *last_use;  // of each slot
     uint64_t *used_in;           // stretch of the stamp that used it last
-    uint64_t *misses;            // when each of the last pending ones is back
-    uint64_t oldest_miss;        // where in it
+    uint64_t *misses;            // cache_misses_max places: when the fetch that has it is back
+    uint64_t oldest_miss;        // the place taken longest ago
 } line_cache;
 
 typedef struct partition {
@@ -104,7 +110,7 @@ typedef struct front {
     uint64_t primitive;       // of those that come: how many began
     uint64_t asked;           // and for how many the lines were asked for
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
-    uint64_t address;
+    uint64_t base;            // address of the lines that primitives wait for
     uint64_t blocked_at;
     uint64_t busy;
 } front;
@@ -125,6 +131,7 @@ struct clock_state {
     uint64_t pass_start, drained, last_fragment;
     uint64_t bounds[RESOURCE_COUNT];
     request_log *log;
+    timeline *timeline;       // NULL, or where what units do goes
     statistics *statistics;
     bool stuck;
 };
@@ -149,5 +156,11 @@ void unit_step(clock_state *clock, partition *partition, int stage);
 
 // Requests (unit.c): true: taken; else *when is when to ask again.
 bool clock_write(clock_state *clock, partition *partition, uint64_t address, uint32_t bytes, uint64_t *when);
+// Takes the second level's port. The cycle in which its answer is there.
+uint64_t clock_l2_move(clock_state *clock, partition *partition, uint32_t bytes);
+
+// A timeline's slices (spans.c): notes one, if there is a timeline; completes those of a pass.
+void spans_note(const clock_state *clock, unit *unit, bool lookups, const char *name, uint64_t start, uint64_t end);
+void spans_end(const clock_state *clock, unit *unit);
 
 #endif

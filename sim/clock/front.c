@@ -5,7 +5,8 @@
 // has room. On a tile-based machine all triangles are set up, written to bins and drained before the first stamp.
 #include "clock.h"
 
-static const uint64_t GEOMETRY_BASE = UINT64_C(1) << 40;  // addresses of their own
+// Addresses of their own.
+static const uint64_t GEOMETRY_BASE = UINT64_C(1) << 40, BINS_BASE = UINT64_C(1) << 41;
 
 static uint64_t later(uint64_t a, uint64_t b)
 {
@@ -19,17 +20,17 @@ static uint64_t share_up(uint64_t value, uint64_t numerator, uint64_t denominato
     return (uint64_t)(((wide)value * numerator + denominator - 1) / denominator);
 }
 
-static uint64_t read_line(clock_state *c, uint64_t number)
+static uint64_t read_line(clock_state *c, uint64_t base, uint64_t number)
 {
     const uint64_t partitions = (uint64_t)c->partition_count;
-    const uint64_t address = GEOMETRY_BASE + number / partitions * (uint64_t)c->machine->line_bytes;
+    const uint64_t address = base + number / partitions * (uint64_t)c->machine->line_bytes;
     return channel_read(c->partitions[number % partitions].channel, c->now, address, (uint32_t)c->machine->line_bytes);
 }
 
 static void write_line(clock_state *c, uint64_t number)
 {
     const uint64_t partitions = (uint64_t)c->partition_count;
-    const uint64_t address = 2 * GEOMETRY_BASE + number / partitions * (uint64_t)c->machine->line_bytes;
+    const uint64_t address = BINS_BASE + number / partitions * (uint64_t)c->machine->line_bytes;
     while (!clock_write(c, &c->partitions[number % partitions], address, (uint32_t)c->machine->line_bytes, &c->now))
         continue;
 }
@@ -43,7 +44,7 @@ static void bin_all(clock_state *c, uint64_t reads, uint64_t writes)
     for (uint64_t i = 0; i < most; i++) {
         c->now = later(c->now + 1, f->start + share_up(cycles_up(f->geometry), i, most));
         if (i < reads)
-            ready = later(ready, read_line(c, i));
+            ready = later(ready, read_line(c, GEOMETRY_BASE, i));
         if (i < writes)
             write_line(c, i);
     }
@@ -68,12 +69,14 @@ void front_begin(clock_state *c)
     f->reads = geometry_reads(c->machine, pass);
     f->read_done = f->start;
     f->set_up = f->start * CYCLE_PARTS;
+    f->base = GEOMETRY_BASE;
     if (c->machine->tile_based && pass->kind == PASS_DRAW) {
         const uint64_t binned = geometry_writes(c->machine, pass);
         bin_all(c, f->reads - binned, binned);
         f->start = c->now;
         f->set_up = f->start * CYCLE_PARTS;
-        f->reads = binned;
+        f->reads = binned;  // each primitive's record comes back from its bin
+        f->base = BINS_BASE;
     }
 }
 
@@ -85,7 +88,7 @@ static void ask_ahead(clock_state *c, uint64_t primitive)
     const uint64_t last = primitive + ahead < count ? primitive + ahead : count - 1;
     for (; f->asked <= last; f->asked++) {
         for (const uint64_t wanted = share_up(f->reads, f->asked + 1, count); f->reads_issued < wanted;)
-            f->read_done = later(f->read_done, read_line(c, f->reads_issued++));
+            f->read_done = later(f->read_done, read_line(c, f->base, f->reads_issued++));
         f->read_ready[f->asked % (ahead + 1)] = f->read_done;
     }
 }
@@ -150,7 +153,7 @@ void front_end(clock_state *c)
 {
     front *f = &c->front;
     while (f->reads_issued < f->reads)
-        f->read_done = later(f->read_done, read_line(c, f->reads_issued++));
+        f->read_done = later(f->read_done, read_line(c, f->base, f->reads_issued++));
     c->last_fragment = later(c->last_fragment, later(f->read_done, later(cycles_up(f->set_up), f->start + cycles_up(f->geometry))));
 }
 

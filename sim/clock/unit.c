@@ -62,8 +62,10 @@ bool units_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS]
 
 void units_free(partition *p)
 {
-    for (uint64_t i = 0; p->jobs && i <= p->job_mask; i++)
+    for (uint64_t i = 0; p->jobs && i <= p->job_mask; i++) {
         free(p->jobs[i].touches);
+        free(p->jobs[i].moves);
+    }
     free(p->jobs);
     for (int s = 0; s < STAGES_MAX; s++) {
         free(p->units[s].operations);
@@ -86,8 +88,8 @@ void units_begin(clock_state *c, partition *p)
     for (int s = 0; s < c->stage_count; s++) {
         unit *u = &p->units[s];
         const unit old = *u;
-        *u = (unit){.kind = c->stages[s], .when = NEVER, .window = window_of(c->machine, c->stages[s]), .port_free = c->drained,
-                    .operation_free = c->drained * CYCLE_PARTS, .second_free = c->drained * CYCLE_PARTS, .blocked_at = NEVER,
+        *u = (unit){.kind = c->stages[s], .partition = (int)(p - c->partitions), .when = NEVER, .window = window_of(c->machine, c->stages[s]), .port_free = c->drained,
+                    .operation_free = c->drained * CYCLE_PARTS, .second_free = c->drained * CYCLE_PARTS,
                     .operations = old.operations, .flights = old.flights, .flight_mask = old.flight_mask, .buckets = old.buckets};
     }
 }
@@ -127,20 +129,13 @@ void unit_next(clock_state *c, partition *p, int stage)
         return;
     uint64_t when = later(job_at(p, u->started)->ready, u->port_free);
     if (stage + 1 < c->stage_count) {
-        if (!has_room(p, stage)) {
-            u->blocked_at = u->blocked_at == NEVER ? later(when, c->now) : u->blocked_at;
-            return;
-        }
+        if (!has_room(p, stage))
+            return;  // asked again when the next unit begins one
+    } else if (!u->window) {
+        return;  // machine files have no such queue
     } else if (u->started >= u->window) {
-        const uint64_t room = u->operations[u->operation];
-        if (room > when) {
-            c->statistics->unit_wait_queue += room - when;
-            when = room;
-        }
+        when = later(when, u->operations[u->operation]);
     }
-    if (u->blocked_at != NEVER && c->now > u->blocked_at)
-        c->statistics->unit_wait_queue += c->now - u->blocked_at;
-    u->blocked_at = NEVER;
     u->when = later(when, c->now);
 }
 
@@ -151,7 +146,7 @@ bool clock_write(clock_state *c, partition *p, uint64_t address, uint32_t bytes,
     return !bytes || channel_write(p->channel, c->now, address, bytes, when);
 }
 
-static uint64_t l2_done(clock_state *c, partition *p, uint32_t bytes)
+uint64_t clock_l2_move(clock_state *c, partition *p, uint32_t bytes)
 {
     const uint64_t share = (uint64_t)bytes * (uint64_t)c->partition_count * CYCLE_PARTS;
     const uint64_t rate = (uint64_t)c->machine->l2_bytes_per_clock;
@@ -162,7 +157,11 @@ static uint64_t l2_done(clock_state *c, partition *p, uint32_t bytes)
 // Waits until `when`; counted under a cause.
 static bool wait_until(clock_state *c, unit *u, uint64_t when, uint64_t *cause)
 {
+    const statistics *s = c->statistics;
     *cause += when - c->now;
+    if (c->timeline)
+        spans_note(c, u, true, cause == &s->unit_wait_misses ? "pending misses" : cause == &s->unit_wait_victim ? "line in use" : "memory takes no write",
+                   c->now, when);
     u->when = when;
     return false;
 }
@@ -173,7 +172,7 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
     uint64_t ready = c->now + 1;
     if (fill->bytes) {
         if (c->machine->l2_bytes)
-            ready = l2_done(c, p, fill->bytes);
+            ready = clock_l2_move(c, p, fill->bytes);
         if (!fill->on_chip)
             ready = later(ready, channel_read(p->channel, c->now, fill->address, fill->bytes) +
                                      (c->machine->l2_bytes ? (uint64_t)c->machine->l2_latency_cycles : 0));
@@ -187,7 +186,7 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
 static uint64_t victim_free(const clock_state *c, line_cache *cache, const queued_touch *touch)
 {
     const int64_t ways[ACCESS_UNITS] = {c->machine->texture_cache_ways, c->machine->depth_cache_ways, c->machine->color_cache_ways};
-    const uint32_t slot = touch->line.slot, count = (uint32_t)ways[touch->cache], first = slot / count * count;
+    const uint32_t slot = touch->slot, count = (uint32_t)ways[touch->cache], first = slot / count * count;
     uint32_t earliest = slot;
     if (cache->used_in[slot] == touch->stretch || c->machine->tile_based)
         return cache->last_use[slot];
@@ -199,29 +198,35 @@ static uint64_t victim_free(const clock_state *c, line_cache *cache, const queue
     return cache->last_use[slot] = use;
 }
 
+// The place of the pending fetch that is back first. They come back out of order: some from the second level, some after
+// decompression.
+static uint64_t *first_back(const clock_state *c, line_cache *cache)
+{
+    const uint64_t places = (uint64_t)c->machine->cache_misses_max;
+    uint64_t *first = &cache->misses[cache->oldest_miss];
+    for (uint64_t i = 0; *first > c->now && i < places; i++)
+        first = cache->misses[i] < *first ? &cache->misses[i] : first;
+    return first;
+}
+
 // As far as it can go now; false: it waits.
-static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch)
+static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch, const queued_move *line)
 {
     statistics *s = c->statistics;
-    const line_touch *line = &touch->line;
     line_cache *cache = &p->caches[touch->cache];
-    const uint64_t pending = (uint64_t)c->machine->cache_misses_max;
+    uint64_t *pending = line->fill.bytes ? first_back(c, cache) : NULL;
     uint64_t when;
-    if (!line->miss && !line->spill.bytes) {
-        u->data_ready = later(u->data_ready, cache->ready[line->slot]);
-        return true;
-    }
     if (u->step <= STEP_PENDING) {
-        if (line->fill.bytes && cache->misses[cache->oldest_miss] > c->now)
-            return wait_until(c, u, cache->misses[cache->oldest_miss], &s->unit_wait_misses);
-        const uint64_t used = line->replaces ? victim_free(c, cache, touch) : 0;
+        if (pending && *pending > c->now)
+            return wait_until(c, u, *pending, &s->unit_wait_misses);
+        const uint64_t used = touch->replaces ? victim_free(c, cache, touch) : 0;
         if (used > c->now)
             return wait_until(c, u, used, &s->unit_wait_victim);
         u->step = STEP_SPILL;
     }
     if (u->step == STEP_SPILL) {
         if (line->spill.on_chip)
-            l2_done(c, p, line->spill.bytes);
+            clock_l2_move(c, p, line->spill.bytes);
         else if (!clock_write(c, p, line->spill.address, line->spill.bytes, &when))
             return wait_until(c, u, when, &s->unit_wait_memory);
         u->step = STEP_SPILL_EVICTED;
@@ -236,14 +241,14 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
             return wait_until(c, u, when, &s->unit_wait_memory);
         u->step = STEP_FILL;
     }
-    if (line->miss) {
-        cache->ready[line->slot] = fill_ready(c, p, &line->fill);
-        if (line->fill.bytes) {
-            cache->misses[cache->oldest_miss] = cache->ready[line->slot];
-            cache->oldest_miss = cache->oldest_miss + 1 == pending ? 0 : cache->oldest_miss + 1;
+    if (touch->miss) {
+        cache->ready[touch->slot] = fill_ready(c, p, &line->fill);
+        if (pending) {
+            *pending = cache->ready[touch->slot];
+            cache->oldest_miss = cache->oldest_miss + 1 == (uint64_t)c->machine->cache_misses_max ? 0 : cache->oldest_miss + 1;
         }
     }
-    u->data_ready = later(u->data_ready, cache->ready[line->slot]);
+    u->data_ready = later(u->data_ready, cache->ready[touch->slot]);
     return true;
 }
 
@@ -297,33 +302,40 @@ static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t l
             u->buckets[bucket_of(c, tile, __builtin_ctzll(left))] = done;
 }
 
-// The stamp's operation: when it begins, ends and is done. All lookups are made.
-static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
+// The stamp's operation: when it begins, ends and is done. The last lookup was made in cycle `at`.
+static void operate(clock_state *c, partition *p, unit *u, int stage, job *job, uint64_t at)
 {
     const stage_work *work = &job->work[stage];
     const bool rop = u->kind != UNIT_SHADER_STAGE;
     statistics *s = c->statistics;
-    const uint64_t looked_up = work->touch_count ? c->now + 1 : c->now;
+    const uint64_t looked_up = work->touch_count ? at + 1 : at;
     uint64_t begin = later(looked_up * CYCLE_PARTS, u->operation_free);
     begin = work->second_cost ? later(begin, u->second_free) : begin;
     if (u->data_ready * CYCLE_PARTS > begin) {
         s->unit_wait_data += u->data_ready - begin / CYCLE_PARTS;
         begin = u->data_ready * CYCLE_PARTS;
     }
-    const uint64_t lanes = rop ? work->lanes : 0;
+    // A stamp that leaves the unit nothing to do neither waits nor keeps others waiting. So flights are done in order.
+    const bool works = work->cost || work->second_cost || work->touch_count;
+    const uint64_t lanes = rop && works ? work->lanes : 0;
     if (lanes) {
-        const uint64_t free = interlocked(c, u, job->tile, lanes, cycles_up(begin));
-        if (free * CYCLE_PARTS > begin && free > cycles_up(begin)) {
+        const uint64_t free = interlocked(c, u, job->tile, lanes, begin / CYCLE_PARTS);
+        if (free * CYCLE_PARTS > begin) {
             s->unit_wait_interlock += free - begin / CYCLE_PARTS;
             begin = free * CYCLE_PARTS;
         }
     }
     const uint64_t end = begin + later(work->cost, work->second_cost);
+    if (c->timeline && works) {
+        const uint64_t ready = later(looked_up, cycles_up(u->operation_free));
+        spans_note(c, u, false, "waits for data", ready, u->data_ready);
+        spans_note(c, u, false, "waits for a sample", later(ready, u->data_ready), begin / CYCLE_PARTS);
+        spans_note(c, u, false, "works", begin / CYCLE_PARTS, cycles_up(end));
+    }
     u->operation_free = begin + work->cost;
     u->second_free = work->second_cost ? begin + work->second_cost : u->second_free;
     u->busy += work->cost;
     u->second_busy += work->second_cost;
-    const bool works = work->cost || work->second_cost || work->touch_count;
     const uint64_t latency = !works ? 0 : (uint64_t)(rop ? c->machine->rop_latency_cycles : c->machine->shader_latency_cycles);
     if (stage == c->stage_count - 1) {
         u->operations[u->operation] = begin / CYCLE_PARTS;
@@ -335,8 +347,8 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
         note_flight(c, u, job->tile, lanes, job->ready);
     for (uint32_t i = 0; i < work->touch_count; i++) {
         const queued_touch *touch = &job->touches[work->first_touch + i];
-        p->caches[touch->cache].last_use[touch->line.slot] = cycles_up(end);
-        p->caches[touch->cache].used_in[touch->line.slot] = touch->stretch;
+        p->caches[touch->cache].last_use[touch->slot] = cycles_up(end);
+        p->caches[touch->cache].used_in[touch->slot] = touch->stretch;
     }
     c->last_fragment = later(c->last_fragment, job->ready);
 }
@@ -344,6 +356,10 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job)
 // Begins the stamp: the room that it had in the queue before is free.
 static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
 {
+    const uint64_t could = later(job_at(p, u->started)->ready, u->port_free);
+    c->statistics->unit_wait_queue += c->now - could;
+    if (c->timeline)
+        spans_note(c, u, true, "next queue full", could, c->now);
     u->open = true;
     u->touch = 0;
     u->data_ready = 0;
@@ -357,28 +373,59 @@ static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
         c->front.when = c->front.when == NEVER ? c->now : c->front.when;
 }
 
+// A lookup that moves no bytes asks nothing of what others use, so it need not wait for its turn among their steps. It is made
+// in its cycle or when the replaced line is free: that cycle.
+static uint64_t look_up_alone(clock_state *c, partition *p, unit *u, const queued_touch *touch, uint64_t at)
+{
+    line_cache *cache = &p->caches[touch->cache];
+    if (touch->miss) {
+        const uint64_t free = touch->replaces ? victim_free(c, cache, touch) : 0;
+        if (free > at) {
+            c->statistics->unit_wait_victim += free - at;
+            if (c->timeline)
+                spans_note(c, u, true, "line in use", at, free);
+            at = free;
+        }
+        cache->ready[touch->slot] = at + 1;
+    }
+    u->data_ready = later(u->data_ready, cache->ready[touch->slot]);
+    return at;
+}
+
+// All lookups that can be made now; false: the next one has a cycle of its own. *at: the cycle of the last one.
+static bool look_up_all(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work, uint64_t *at)
+{
+    *at = c->now;
+    while (u->touch < work->touch_count) {
+        const queued_touch *touch = &job->touches[work->first_touch + u->touch];
+        if (!touch->moves) {
+            *at = look_up_alone(c, p, u, touch, *at);
+        } else if (*at > c->now) {
+            u->when = *at;
+            return false;
+        } else if (!look_up(c, p, u, touch, &job->moves[touch->move])) {
+            return false;
+        }
+        u->step = STEP_PENDING;
+        *at += ++u->touch < work->touch_count;
+    }
+    return true;
+}
+
 void unit_step(clock_state *c, partition *p, int stage)
 {
     unit *u = &p->units[stage];
+    uint64_t at;
     if (!u->open)
         begin_stamp(c, p, u, stage);
     job *job = job_at(p, u->started - 1);
-    const stage_work *work = &job->work[stage];
     if (u->step == STEP_STREAM && !stream(c, p, u, job))
         return;
-    if (u->touch < work->touch_count) {
-        if (!look_up(c, p, u, &job->touches[work->first_touch + u->touch]))
-            return;
-        u->touch++;
-        u->step = STEP_PENDING;
-        if (u->touch < work->touch_count) {
-            u->when = c->now + 1;
-            return;
-        }
-    }
-    operate(c, p, u, stage, job);
+    if (!look_up_all(c, p, u, job, &job->work[stage], &at))
+        return;
+    operate(c, p, u, stage, job, at);
     u->open = false;
-    u->port_free = c->now + 1;
+    u->port_free = at + 1;
     unit_next(c, p, stage);
     if (stage + 1 < c->stage_count)
         unit_next(c, p, stage + 1);

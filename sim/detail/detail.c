@@ -184,10 +184,25 @@ static status make_result(detail *d, const detail_options *options)
     return r->draws ? STATUS_OK : refuse_memory(d);
 }
 
+// What the models count apart from each other must agree: bytes that caches moved, and that data buses carried.
+static status check_bytes(const detail *d)
+{
+    uint64_t read, written;
+    clock_bytes(d->clock, &read, &written);
+    if (read == d->raw.memory_bytes_read && written == d->raw.memory_bytes_written)
+        return STATUS_OK;
+    return report_error(d->report, STATUS_REFUSED,
+                        "internal error: conservation: %llu bytes read and %llu written at the caches, %llu and %llu at the memory",
+                        (unsigned long long)d->raw.memory_bytes_read, (unsigned long long)d->raw.memory_bytes_written,
+                        (unsigned long long)read, (unsigned long long)written);
+}
+
 static status check(detail *d, const detail_options *options)
 {
     detail_result *r = d->result;
     status status = d->sampler ? STATUS_OK : memory_check(d->memory, &d->raw, d->report);
+    if (status == STATUS_OK && d->clock && !d->sampler)
+        status = check_bytes(d);
     if (status == STATUS_OK && !options->tiles)
         status = arrival_check(d->arrival);
     memcpy(r->planes, memory_planes(d->memory), sizeof r->planes);

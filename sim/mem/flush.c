@@ -7,16 +7,20 @@
 static bool next_cleared(memory *m, uint32_t *partition, access_unit *cache, transfer *spill, statistics *s)
 {
     const plane_layout *plane = &m->planes[m->clear_plane];
-    if (m->clear_tile == m->frame->tile_count)
-        return m->flush_clear = false;
-    const line_place at = {m->clear_plane, m->clear_tile, m->clear_part};
-    const uint64_t lanes = part_lanes(plane, at.part) & m->valid[at.tile];
+    line_place at;
+    uint64_t lanes = 0;
+    while (!lanes) {  // parts outside the image take no bytes
+        if (m->clear_tile == m->frame->tile_count)
+            return m->flush_clear = false;
+        at = (line_place){m->clear_plane, m->clear_tile, m->clear_part};
+        lanes = part_lanes(plane, at.part) & m->valid[at.tile];
+        if (++m->clear_part == plane->parts) {
+            m->clear_part = 0;
+            m->clear_tile++;
+        }
+    }
     *partition = m->partition_of[at.tile];
     *cache = plane->unit;
-    if (++m->clear_part == plane->parts) {
-        m->clear_part = 0;
-        m->clear_tile++;
-    }
     write_line(m, at, lanes, lanes, s, spill);
     m->cleared_bytes += spill->bytes;
     return true;
@@ -93,6 +97,10 @@ status memory_check(const memory *m, const statistics *s, const report *report)
         return differ(m, "fragments and their verdicts", s->fragments, verdicts);
     if (writebacks != s->lines_dirtied)
         return differ(m, "lines changed and written back", s->lines_dirtied, writebacks);
+    if (m->geometry_read + m->geometry_written != s->geometry_bytes)
+        return differ(m, "bytes of geometry", s->geometry_bytes, m->geometry_read + m->geometry_written);
+    if (m->stream_read + m->stream_written != s->list_bytes)
+        return differ(m, "bytes of lists", s->list_bytes, m->stream_read + m->stream_written);
     if (read + m->stream_read + m->geometry_read != s->memory_bytes_read)
         return differ(m, "bytes read from memory, by plane", s->memory_bytes_read, read + m->stream_read + m->geometry_read);
     if (written + m->stream_written + m->geometry_written != s->memory_bytes_written)

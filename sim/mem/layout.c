@@ -83,8 +83,16 @@ static status choose_on_chip(memory *m)
     return STATUS_OK;
 }
 
+// The bank that a row lies in (docs/dram.md).
+static uint64_t bank_of(const machine *k, uint64_t number)
+{
+    const uint64_t banks = (uint64_t)k->memory_banks, row = number / banks;
+    return (number + row + row / banks) % banks;
+}
+
 status layout_make(memory *m)
 {
+    enum { PLANE_BANKS = 3 };  // from one plane to the next: stamps go to and fro between planes, each time to another row
     const frame *f = m->frame;
     status status = deal_out(m);
     if (status != STATUS_OK)
@@ -101,6 +109,8 @@ status layout_make(memory *m)
         plane->part_lanes = TILE_LANES / plane->parts;
         plane->part_bytes = block_bytes / plane->parts;
         plane->part_stride = power_above(round_to_bursts(m, plane->part_bytes));
+        while (bank_of(m->machine, base / row) != (uint64_t)(PLANE_BANKS * i) % (uint64_t)m->machine->memory_banks)
+            base += row;
         plane->base = base;
         plane->unit = color ? ACCESS_COLOR : ACCESS_DEPTH;
         plane->compressed = color ? m->machine->color_compression : m->machine->depth_compression;

@@ -140,7 +140,7 @@ void memory_begin_pass(memory *m, const pass_info *pass, statistics *s)
 {
     const uint64_t line = (uint64_t)m->machine->line_bytes;
     const uint64_t reads = geometry_reads(m->machine, pass) * line, writes = geometry_writes(m->machine, pass) * line;
-    m->pass = pass;
+    m->pass = *pass;
     m->flush_partition = m->flush_cache = m->flush_line = 0;
     for (int64_t p = 0; p < m->machine->partitions; p++)
         cache_forget(&m->caches[ACCESS_TEXTURE][p]);  // which does not see what the ROP wrote
@@ -194,10 +194,17 @@ static cache_line *find_or_replace(memory *m, cache *cache, access_unit unit, li
     return line;
 }
 
+// Nothing moves yet. The rest of a transfer of no bytes is not looked at, and clearing it would cost more than the lookup.
+static void touch_start(line_touch *touch)
+{
+    touch->miss = touch->replaces = false;
+    touch->fill.bytes = touch->fill.evicted_bytes = touch->spill.bytes = touch->spill.evicted_bytes = 0;
+}
+
 static void touch_line(memory *m, access_unit unit, line_place at, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
 {
     cache *cache = &m->caches[unit][m->partition_of[at.tile]];
-    *touch = (line_touch){0};
+    touch_start(touch);
     cache_line *line = find_or_replace(m, cache, unit, at, s, touch);
     const uint64_t all = part_lanes(&m->planes[at.plane], at.part) & m->valid[at.tile];
     const bool lacks = (read & ~line->valid) || (line->valid != all && write_needs_fill(m, at, written | line->valid));
@@ -246,8 +253,8 @@ static void count_fragments(const memory *m, const stamp *stamp, statistics *s)
     s->fragments_discarded += shaded - alive;
     s->fragments_failed += alive - passed;
     s->fragments_passed += passed;
-    s->quads_shaded += m->pass->shader_operations ? stamp->quads_shaded : 0;
-    s->shader_operations += 4ull * m->pass->shader_operations * stamp->quads_shaded;
+    s->quads_shaded += m->pass.shader_operations ? stamp->quads_shaded : 0;
+    s->shader_operations += 4ull * m->pass.shader_operations * stamp->quads_shaded;
     s->texture_samples += 4ull * m->frame->samples * stamp->texture_reads;
     s->kernel_slots += stamp->kernel_slots;
 }
@@ -256,7 +263,7 @@ static void count_fragments(const memory *m, const stamp *stamp, statistics *s)
 static void stream(memory *m, const stamp *stamp, statistics *s)
 {
     const uint32_t bytes = round_to_bursts(m, stamp->list_bytes), partition = m->out.partition;
-    const bool write = m->pass->kind == PASS_DRAW;
+    const bool write = m->pass.kind == PASS_DRAW;
     m->out.stream_read = write ? 0 : bytes;
     m->out.stream_written = write ? bytes : 0;
     if (!bytes)
@@ -275,7 +282,7 @@ const stamp_lines *memory_stamp(memory *m, const stamp *stamp, statistics *s)
     m->out.partition = m->partition_of[stamp->tile];
     memset(m->out.counts, 0, sizeof m->out.counts);
     count_fragments(m, stamp, s);
-    if (m->regions)
+    if (m->regions && !stamp->hierarchical)  // a discarded stamp gets no further than the rasterizer
         region_enter(m, stamp->tile, s, &m->out.counts[ACCESS_DEPTH]);
     for (int i = 0; i < stamp->access_count; i++)
         touch_plane(m, stamp, &stamp->accesses[i], s);

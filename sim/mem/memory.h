@@ -49,7 +49,7 @@ struct memory {
     plane_traffic traffic[PLANE_MAX];
     stamp_lines out;
     line_touch *touches[ACCESS_UNITS];
-    const pass_info *pass;
+    pass_info pass;         // at hand
     uint64_t chip_writebacks, stream_read, stream_written, cleared_bytes, geometry_read, geometry_written;
     // What a flush has still to visit:
     uint32_t flush_partition, flush_cache, flush_line;

@@ -38,6 +38,8 @@ status begin_pass(arrival *a, pass_kind kind, const char *name, bool numbered, c
         pass.free_kernel = use->free_kernel;
         pass.hierarchical = use->hierarchical;
         pass.early = use->early;
+        pass.hierarchical_forbidden = kind == PASS_DRAW ? use->hierarchical_forbidden : NULL;
+        pass.early_forbidden = kind == PASS_DRAW ? use->early_forbidden : NULL;
         pass.shader_operations = use->shader_operations;
     }
     if (kind != PASS_DRAW)

@@ -22,6 +22,7 @@ typedef struct kernel_use {
     int alive_at, passed_at;        // instruction whose outcome decides; -1: all
     bool free_kernel, has_skip;
     bool hierarchical, early, early_directly;  // directly: the depth test's outcome for discarded fragments is not in the log
+    const char *hierarchical_forbidden, *early_forbidden;  // why not; NULL: it may
     int depth_plane;                // of the test
     bool depth_write;
     compare_function depth_function;

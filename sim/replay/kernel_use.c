@@ -18,17 +18,33 @@ static bool tests_depth(const pass_decl *pass)
     return pass->depth_plane >= 0 && pass->depth_function != COMPARE_always && pass->depth_function != COMPARE_never;
 }
 
-static void find_tests(const pass_decl *pass, kernel_use *use)
+// Why nothing may be discarded before it is shaded; NULL: it may.
+static const char *forbidden(const kernel_decl *kernel)
 {
+    if (!kernel->is_pass)
+        return "a free kernel decides for itself what becomes of a fragment";
+    if (!tests_depth(&kernel->pass))
+        return "the pass has no depth test";
+    return keeps_stencil_on_failure(&kernel->pass) ? NULL : "a failed test changes the stencil";
+}
+
+static void find_tests(const kernel_decl *kernel, kernel_use *use)
+{
+    const pass_decl *pass = &kernel->pass;
+    use->hierarchical_forbidden = use->early_forbidden = forbidden(kernel);
+    if (use->early_forbidden)
+        return;
     const bool discards = pass->clip_count > 0 || pass->keep || pass->keep_negated;
     const bool writes = pass->depth_write || (pass->stencil_plane >= 0 && pass->stencil_pass != STENCIL_keep);
-    if (!tests_depth(pass) || !keeps_stencil_on_failure(pass))
-        return;
     use->depth_plane = pass->depth_plane;
     use->depth_write = pass->depth_write;
     use->depth_function = pass->depth_function;
-    use->hierarchical = pass->depth_function != COMPARE_notequal;
-    use->early = !discards || !writes;
+    if (pass->depth_function == COMPARE_notequal)
+        use->hierarchical_forbidden = "no range of depths tells what is not equal";
+    if (discards && writes)
+        use->early_forbidden = "the shader discards fragments whose test would write already";
+    use->hierarchical = !use->hierarchical_forbidden;
+    use->early = !use->early_forbidden;
     use->early_directly = discards;
 }
 
@@ -116,10 +132,9 @@ status kernel_use_find(const program *program, const bound_program *bound, const
         for (int i = 0; i < count; i++)
             use->has_skip |= code[i].op == OP_skip;
         find_accesses(bound, code, count, use);
-        if (kernel->is_pass) {
+        if (kernel->is_pass)
             find_verdicts(bound, k, code, count, use);
-            find_tests(&kernel->pass, use);
-        }
+        find_tests(kernel, use);
         find_sources(code, count, machine->depth_format, use);
         use->shader_operations = shader_operations(bound, k, code, count, kernel->is_pass, use, machine);
     }

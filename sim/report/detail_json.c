@@ -77,12 +77,23 @@ static void add_sampling(json_t *object, const detail_result *detail)
     json_object_set_new(object, "half_widths", intervals);
 }
 
+// Of a draw: whether a test may come before the shader, or why not.
+static json_t *test_string(bool machine_has, bool allowed, const char *forbidden)
+{
+    if (forbidden)
+        return json_sprintf("forbidden: %s", forbidden);
+    return !allowed ? json_null() : json_string(machine_has ? "on" : "allowed, but the machine has none");
+}
+
 static json_t *pass_object(const pass_record *pass, const detail_result *detail)
 {
     const pass_info *info = &pass->info;
     json_t *object =
         json_pack("{s:o, s:s, s:s, s:o}", "number", json_count(info->number), "kind", pass_kind_names[info->kind],
                   "name", info->name, "iteration", json_count(info->iteration));
+    json_object_set_new(object, "hierarchical_depth",
+                        test_string(detail->machine.hierarchical_depth, info->hierarchical, info->hierarchical_forbidden));
+    json_object_set_new(object, "early_depth", test_string(detail->machine.early_depth, info->early, info->early_forbidden));
     if (detail->level >= DETAIL_CYCLE) {
         json_t *bounds = json_object();
         for (int i = 0; i < RESOURCE_COUNT; i++)

@@ -97,7 +97,7 @@ static void print_bounds(const detail_result *detail, FILE *out)
     for (int shown = 0; shown < BOUNDS_SHOWN; shown++) {
         int most = 0;
         for (int i = 1; i <= RESOURCE_COUNT; i++)
-            most = passes[i] > passes[most] ? i : most;
+            most = passes[most] == 0 || (passes[i] > 0 && cycles[i] > cycles[most]) ? i : most;
         if (passes[most] == 0)
             break;
         fprintf(out, "%s%s in %" PRIu64 " %s (%.1f %% of the time)", shown > 0 ? ", " : "", clock_resource_names[most],
@@ -106,6 +106,23 @@ static void print_bounds(const detail_result *detail, FILE *out)
         passes[most] = 0;
     }
     fputc('\n', out);
+}
+
+// Each reason that draws give against an early test, and how many give it.
+static void print_forbidden(const detail_result *detail, FILE *out)
+{
+    for (uint64_t i = 0; i < detail->pass_count; i++) {
+        const char *why = detail->passes[i].info.early_forbidden;
+        uint64_t draws = 0;
+        bool said = false;
+        for (uint64_t k = 0; why && k < detail->pass_count; k++) {
+            const char *other = detail->passes[k].info.early_forbidden;
+            said |= other && k < i && strcmp(other, why) == 0;
+            draws += other && strcmp(other, why) == 0;
+        }
+        if (why && !said)
+            fprintf(out, "  no early depth      in %" PRIu64 " %s: %s\n", draws, draws == 1 ? "draw" : "draws", why);
+    }
 }
 
 static void print_stalls(const detail_result *detail, FILE *out)
@@ -127,6 +144,7 @@ status detail_print(const detail_result *detail, FILE *out)
     if (detail->level >= DETAIL_CYCLE) {
         print_time(detail, out);
         print_bounds(detail, out);
+        print_forbidden(detail, out);
         print_stalls(detail, out);
     }
     detail_print_passes(detail, out);

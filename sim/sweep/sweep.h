@@ -4,26 +4,40 @@
 
 #include "sweep_file.h"
 
-// ---- Rows: what came of a run (sweep_row.c) ------------------------------------------------------------
+// ---- Columns: what is kept of a run (sweep_columns.c) ---------------------------------------------------
 
+// The rows of sweep_stats.def. Behind them come all statistics, then all derived numbers of stats.def, in its order.
 typedef enum sweep_stat {
-#define SWEEP_COUNT(column, known, value) STAT_##column,
+#define SWEEP_COUNT(column, level, known, value) STAT_##column,
 #define SWEEP_REAL SWEEP_COUNT
+#define SWEEP_RESOURCE SWEEP_COUNT
 #include "sweep_stats.def"
 #undef SWEEP_COUNT
 #undef SWEEP_REAL
+#undef SWEEP_RESOURCE
     SWEEP_STAT_COUNT
 } sweep_stat;
+enum {
+    SWEEP_STATISTICS_FROM = SWEEP_STAT_COUNT,
+    SWEEP_DERIVED_FROM = SWEEP_STATISTICS_FROM + STATISTIC_COUNT,
+    SWEEP_COLUMN_COUNT = SWEEP_DERIVED_FROM + DERIVED_COUNT
+};
 
-typedef struct sweep_stat_row {
-    const char *name;
-    bool real;
-} sweep_stat_row;
-extern const sweep_stat_row sweep_stat_rows[SWEEP_STAT_COUNT];
+typedef enum column_kind { COLUMN_COUNT, COLUMN_REAL, COLUMN_RESOURCE } column_kind;
+typedef struct sweep_column {
+    char name[NAME_SIZE];
+    column_kind kind;
+    detail_level level;  // the first at which it is known
+} sweep_column;
+// A row of stats.def whose name is that of another column or of a machine key has `statistic_` before it.
+sweep_column sweep_get_column(int index);
+column_kind sweep_column_kind(int index);  // the same at once: names are compared with all others
+
+// ---- Rows: what came of a run (sweep_row.c) ------------------------------------------------------------
 
 typedef struct sweep_value {
     bool known;
-    int64_t count;  // or
+    int64_t count;  // or, of a COLUMN_REAL,
     double real;
 } sweep_value;
 
@@ -31,16 +45,16 @@ typedef enum sweep_outcome { OUTCOME_DONE, OUTCOME_REFUSED, OUTCOME_FAILED, OUTC
 extern const char *const sweep_outcome_names[OUTCOME_COUNT];
 
 // Without pointers, so that it goes through a pipe or a message as it is.
-enum { SWEEP_WHY_SIZE = 1024 };
 typedef struct sweep_row {
     sweep_outcome outcome;
     char why[SWEEP_WHY_SIZE];  // unless done
-    sweep_value stats[SWEEP_STAT_COUNT];
+    sweep_value stats[SWEEP_COLUMN_COUNT];
     plane_result planes[PLANE_MAX];
     int plane_count;
 } sweep_row;
 
-void sweep_row_fill(sweep_row *row, const run_result *result);
+// `detail`: NULL at the level function.
+void sweep_row_fill(sweep_row *row, const run_result *result, const detail_result *detail);
 // A report's `say` whose `user` is char[SWEEP_WHY_SIZE]: errors are put one behind the other.
 void sweep_keep_reason(void *why, severity severity, const char *text);
 
@@ -50,6 +64,7 @@ typedef struct sweep_trace {
     const char *label;  // as the file has it
     char *path;
     char hash[33];
+    double work;  // fragments times their mean number over a sample: about fragments times passes
 } sweep_trace;
 
 typedef struct sweep_program {
@@ -70,6 +85,7 @@ typedef struct sweep_combination {
     const sweep_trace *trace;
     const sweep_program *program;
     const sweep_variant *variant;
+    detail_level detail;
     uint64_t max_iterations;
 } sweep_combination;
 
@@ -89,6 +105,7 @@ enum { SWEEP_RUNS_MAX = 100000 };
 // The plan alone, for a process that serves another's sweep: nothing is recorded, traces have no hash, there is no
 // store.
 status sweep_open_plan(const char *path, const report *report, sweep **sweep);
+// Combinations come by traces, then levels, programs and variants, the last fastest.
 sweep_combination sweep_get(const sweep *sweep, uint64_t index);
 uint64_t sweep_count(const sweep *sweep);
 // "stencil_bits=4 depth_format=z16"; empty without settings. Cut to fit.
@@ -131,9 +148,21 @@ status processes_open(const sweep *sweep, int jobs, sweep_pool **pool);
 // Runs what is missing, and closes the pool (sweep_run.c).
 status sweep_run_in(sweep *sweep, sweep_pool *pool, sweep_totals *totals);
 
+// ---- Tables (sweep_print.c) ----------------------------------------------------------------------------
+
+void print_cell(const char *text, FILE *out);
+// The cells of all tables: trace, program, machine, settings; passes, fragments, bytes, error.
+#define LABELS_HEADING "| trace | program | machine | settings |"
+#define LABELS_RULE "|---|---|---|---|"
+#define FIGURES_HEADING " geometry passes | fragments replayed | plane MB | largest error |"
+#define FIGURES_RULE "---:|---:|---:|---:|"
+void print_labels(const sweep *sweep, const sweep_combination *run, FILE *out);
+void print_figures(const sweep_row *row, FILE *out);
+
 // ---- The store: an SQLite database (sweep_store.c) -----------------------------------------------------
 
-// Creates it, or opens one that a sweep created; anything else is refused and left as it is.
+// Creates it, or opens one that a sweep created, adding the columns that it lacks; anything else is refused and left as
+// it is.
 status store_open(const char *path, const report *report, sweep_store **store);
 void store_close(sweep_store *store);  // NULL is fine
 // Whether a run is there, and what came of it; `row` without its planes.

@@ -2,7 +2,7 @@
 #ifndef ROPSIM_SWEEP_FILE_H
 #define ROPSIM_SWEEP_FILE_H
 
-#include "../sim.h"
+#include "../sweeps.h"
 
 typedef enum sweep_key {
 #define SWEEP_KEY(key, kind, required, what) KEY_##key,
@@ -34,6 +34,8 @@ typedef struct sweep_file {
     sweep_list lists[SWEEP_KEY_COUNT];  // of a WORD or NUMBER: one word; empty where an optional key is missing
     sweep_setting settings[SWEEP_SETTINGS_MAX];
     int setting_count;
+    detail_level details[DETAIL_COUNT];
+    int detail_count;
     int threads;
     uint64_t max_iterations;
 } sweep_file;
@@ -50,6 +52,19 @@ typedef struct sweep_place {
     report report;
 } sweep_place;
 void sweep_place_start(sweep_place *place, const report *report, const char *path, const sweep_word *word);
+
+// LOW..HIGH, LOW..HIGH+STEP and LOW..HIGH*FACTOR (sweep_range.c).
+typedef struct sweep_range {
+    int64_t low, high, by;
+    bool by_factor;
+} sweep_range;
+// Whether a word is meant as a range. If so, `why` is empty, or says what is wrong with it.
+enum { SWEEP_WHY_SIZE = 1024 };
+bool sweep_range_read(const char *text, sweep_range *range, char why[SWEEP_WHY_SIZE]);
+int64_t sweep_range_next(const sweep_range *range, int64_t number);
+
+// A level of detail by its name. False: `why` says which there are.
+bool sweep_read_level(const char *word, detail_level *level, char why[SWEEP_WHY_SIZE]);
 
 // Appends a copy of a word; false: out of memory.
 bool sweep_list_add(sweep_list *list, const char *text, size_t line, size_t column);

@@ -2,7 +2,7 @@
 //
 // Only the variables count that a launcher sets in each process that it starts. A shell inside a Slurm allocation has
 // SLURM_NTASKS and SLURM_PROCID, too, but no step of several tasks: there, a plain `ropsim sweep` runs by itself.
-#include "../sim.h"
+#include "../sweeps.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -100,14 +100,16 @@ static status build_variant(sweep *sweep, const machine *base, uint32_t settings
 static status build_variants(sweep *sweep)
 {
     const sweep_list *list = &sweep->file.lists[KEY_machines];
-    const uint64_t others = sweep->program_count * (uint64_t)sweep->file.lists[KEY_traces].count;
+    const uint64_t others =
+        sweep->program_count * (uint64_t)sweep->file.lists[KEY_traces].count * (uint64_t)sweep->file.detail_count;
     uint64_t product = 1;
     for (int i = 0; i < sweep->file.setting_count && product <= SWEEP_RUNS_MAX; i++)
         product *= (uint64_t)sweep->file.settings[i].values.count;
     if (product > SWEEP_RUNS_MAX || product * (uint64_t)list->count > SWEEP_RUNS_MAX / others)
-        return report_error(sweep->report, STATUS_REFUSED,
-                            "%s: traces x programs x machines x settings are more than %d runs; set fewer values",
-                            sweep->file.path, SWEEP_RUNS_MAX);
+        return report_error(
+            sweep->report, STATUS_REFUSED,
+            "%s: traces x programs x machines x settings x levels of detail are more than %d runs; set fewer values",
+            sweep->file.path, SWEEP_RUNS_MAX);
     sweep->variants = calloc(product * (uint64_t)list->count, sizeof *sweep->variants);
     if (!sweep->variants)
         return refuse_memory(sweep);
@@ -176,6 +178,13 @@ static status record_trace(sweep *sweep, const sweep_word *word, char *path)
     return status == STATUS_OK ? sweep_record(&sweep->file, word, path, sweep->report) : status;
 }
 
+static void keep_info(sweep_trace *loaded, const trace_info *info)
+{
+    const double samples = (double)info->width * info->height * info->samples, fragments = (double)info->fragment_count;
+    memcpy(loaded->hash, info->hash, sizeof loaded->hash);
+    loaded->work = (samples + fragments) * (1 + fragments / samples);
+}
+
 static status load_trace(sweep *sweep, const sweep_word *word, sweep_trace *loaded)
 {
     sweep_place place;
@@ -185,7 +194,7 @@ static status load_trace(sweep *sweep, const sweep_word *word, sweep_trace *load
     if (status == STATUS_OK)
         status = trace_open(loaded->path, &place.report, &trace);
     if (status == STATUS_OK)
-        memcpy(loaded->hash, trace_get_info(trace)->hash, sizeof loaded->hash);
+        keep_info(loaded, trace_get_info(trace));
     trace_close(trace);
     return status;
 }
@@ -263,15 +272,17 @@ void sweep_close(sweep *sweep)
 
 uint64_t sweep_count(const sweep *sweep)
 {
-    return sweep->trace_count * sweep->program_count * sweep->variant_count;
+    return sweep->trace_count * (uint64_t)sweep->file.detail_count * sweep->program_count * sweep->variant_count;
 }
 
 sweep_combination sweep_get(const sweep *sweep, uint64_t index)
 {
-    const uint64_t program = index / sweep->variant_count;
-    return (sweep_combination){.trace = &sweep->traces[program / sweep->program_count],
+    const uint64_t program = index / sweep->variant_count, detail = program / sweep->program_count;
+    const uint64_t trace = detail / (uint64_t)sweep->file.detail_count;
+    return (sweep_combination){.trace = &sweep->traces[trace],
                                .program = &sweep->programs[program % sweep->program_count],
                                .variant = &sweep->variants[index % sweep->variant_count],
+                               .detail = sweep->file.details[detail % (uint64_t)sweep->file.detail_count],
                                .max_iterations = sweep->file.max_iterations};
 }
 

@@ -1,4 +1,4 @@
-// The results of a sweep's runs, in the order of the sweep file: as a Markdown table, as CSV, and the cheapest a trace.
+// The results of a sweep's runs, in the order of the sweep file: as a Markdown table and as CSV.
 #include "sweep.h"
 
 #include <inttypes.h>
@@ -7,7 +7,7 @@
 enum { SETTINGS_SIZE = 2048 };
 
 // A bar would end a cell of the table.
-static void print_cell(FILE *out, const char *text)
+void print_cell(const char *text, FILE *out)
 {
     fputs(" ", out);
     for (; *text; text++) {
@@ -18,15 +18,15 @@ static void print_cell(FILE *out, const char *text)
     fputs(" |", out);
 }
 
-static void print_labels(const sweep *sweep, const sweep_combination *run, FILE *out)
+void print_labels(const sweep *sweep, const sweep_combination *run, FILE *out)
 {
     char settings[SETTINGS_SIZE];
     sweep_settings_text(sweep, run->variant, settings, sizeof settings);
     fputs("|", out);
-    print_cell(out, run->trace->label);
-    print_cell(out, run->program->label);
-    print_cell(out, run->variant->machine.name);
-    print_cell(out, settings);
+    print_cell(run->trace->label, out);
+    print_cell(run->program->label, out);
+    print_cell(run->variant->machine.name, out);
+    print_cell(settings, out);
 }
 
 static void print_error(const sweep_row *row, FILE *out)
@@ -41,21 +41,57 @@ static void print_error(const sweep_row *row, FILE *out)
         fputs(" not finite |", out);
 }
 
-static void print_figures(const sweep_row *row, FILE *out)
+void print_figures(const sweep_row *row, FILE *out)
 {
     fprintf(out, " %" PRId64 " | %" PRId64 " | %.3f |", row->stats[STAT_geometry_passes].count,
             row->stats[STAT_fragments_replayed].count, (double)row->stats[STAT_plane_bytes].count / 1e6);
     print_error(row, out);
 }
 
-static const char heading[] =
-    "| trace | program | machine | settings | geometry passes | fragments replayed | plane MB "
-    "| largest error |";
+static bool has_deeper(const sweep *sweep)
+{
+    for (int i = 0; i < sweep->file.detail_count; i++) {
+        if (sweep->file.details[i] != DETAIL_FUNCTION)
+            return true;
+    }
+    return false;
+}
+
+// Of the levels traffic and cycle.
+static void print_deeper(const sweep_combination *run, const sweep_row *row, FILE *out)
+{
+    const sweep_value *read = &row->stats[SWEEP_STATISTICS_FROM + STAT_INDEX_memory_bytes_read];
+    const sweep_value *written = &row->stats[SWEEP_STATISTICS_FROM + STAT_INDEX_memory_bytes_written];
+    const sweep_value *cycles = &row->stats[STAT_drained_cycles], *bound = &row->stats[STAT_bound_by];
+    print_cell(detail_level_names[run->detail], out);
+    if (read->known && written->known)
+        fprintf(out, " %.3f |", (double)(read->count + written->count) / 1e6);
+    else
+        fputs(" - |", out);
+    if (cycles->known)
+        fprintf(out, " %" PRId64 " |", cycles->count);
+    else
+        fputs(" - |", out);
+    print_cell(bound->known ? clock_resource_names[bound->count] : "-", out);
+}
+
+static void print_outcome(const sweep_row *row, FILE *out)
+{
+    char said[sizeof row->why + 16];
+    if (row->outcome == OUTCOME_DONE) {
+        print_cell(row->stats[STAT_iteration_limit_reached].count ? "limit of iterations" : "done", out);
+        return;
+    }
+    snprintf(said, sizeof said, "%s: %s", sweep_outcome_names[row->outcome], row->why);
+    print_cell(said, out);
+}
 
 status sweep_print(sweep *sweep, FILE *out)
 {
     uint64_t absent = 0;
-    fprintf(out, "%s outcome |\n|---|---|---|---|---:|---:|---:|---:|---|\n", heading);
+    const bool deeper = has_deeper(sweep);
+    fprintf(out, LABELS_HEADING FIGURES_HEADING "%s outcome |\n" LABELS_RULE FIGURES_RULE "%s---|\n",
+            deeper ? " detail | memory MB | drained cycles | bound by |" : "", deeper ? "---|---:|---:|---|" : "");
     for (uint64_t i = 0; i < sweep_count(sweep); i++) {
         const sweep_combination run = sweep_get(sweep, i);
         sweep_row row;
@@ -71,13 +107,9 @@ status sweep_print(sweep *sweep, FILE *out)
             print_figures(&row, out);
         else
             fputs(" - | - | - | - |", out);
-        if (row.outcome == OUTCOME_DONE) {
-            print_cell(out, row.stats[STAT_iteration_limit_reached].count ? "limit of iterations" : "done");
-        } else {
-            char said[sizeof row.why + 16];
-            snprintf(said, sizeof said, "%s: %s", sweep_outcome_names[row.outcome], row.why);
-            print_cell(out, said);
-        }
+        if (deeper)
+            print_deeper(&run, &row, out);
+        print_outcome(&row, out);
         fputs("\n", out);
     }
     if (absent > 0)
@@ -94,12 +126,21 @@ static void write_text(FILE *file, const char *text)
     fputc('"', file);
 }
 
+static void write_value(column_kind kind, const sweep_value *value, FILE *file)
+{
+    switch (kind) {
+    case COLUMN_COUNT: fprintf(file, "%" PRId64, value->count); break;
+    case COLUMN_REAL: fprintf(file, "%.17g", value->real); break;
+    case COLUMN_RESOURCE: write_text(file, clock_resource_names[value->count]); break;
+    }
+}
+
 static void write_row(const sweep *sweep, const sweep_combination *run, const sweep_row *row, FILE *file)
 {
     char settings[SETTINGS_SIZE];
     sweep_settings_text(sweep, run->variant, settings, sizeof settings);
     const char *texts[] = {ROPSIM_VERSION,
-                           "function",
+                           detail_level_names[run->detail],
                            run->trace->label,
                            run->trace->hash,
                            run->program->label,
@@ -114,12 +155,10 @@ static void write_row(const sweep *sweep, const sweep_combination *run, const sw
         fputc(',', file);
     }
     fprintf(file, "%" PRIu64, run->max_iterations);
-    for (int i = 0; i < SWEEP_STAT_COUNT; i++) {
+    for (int i = 0; i < SWEEP_COLUMN_COUNT; i++) {
         fputc(',', file);
-        if (row->stats[i].known && sweep_stat_rows[i].real)
-            fprintf(file, "%.17g", row->stats[i].real);
-        else if (row->stats[i].known)
-            fprintf(file, "%" PRId64, row->stats[i].count);
+        if (row->stats[i].known)
+            write_value(sweep_column_kind(i), &row->stats[i], file);
     }
     fputs("\r\n", file);
 }
@@ -134,8 +173,8 @@ status sweep_write_csv(sweep *sweep, const char *path)
     fputs(
         "version,detail,trace,trace_hash,program,program_hash,machine,machine_hash,settings,outcome,why,max_iterations",
         file);
-    for (int i = 0; i < SWEEP_STAT_COUNT; i++)
-        fprintf(file, ",%s", sweep_stat_rows[i].name);
+    for (int i = 0; i < SWEEP_COLUMN_COUNT; i++)
+        fprintf(file, ",%s", sweep_get_column(i).name);
     fputs("\r\n", file);
     for (uint64_t i = 0; status == STATUS_OK && i < sweep_count(sweep); i++) {
         const sweep_combination run = sweep_get(sweep, i);
@@ -149,40 +188,4 @@ status sweep_write_csv(sweep *sweep, const char *path)
         return aside_finish(aside);
     aside_discard(aside);
     return status;
-}
-
-status sweep_print_cheapest(sweep *sweep, sweep_cost cost, bool exact, FILE *out)
-{
-    const sweep_stat stat = cost == SWEEP_COST_BYTES ? STAT_plane_bytes : STAT_geometry_passes;
-    const uint64_t runs_a_trace = sweep->program_count * sweep->variant_count;
-    fprintf(out, "%s\n|---|---|---|---|---:|---:|---:|---:|\n", heading);
-    for (uint64_t t = 0; t < sweep->trace_count; t++) {
-        sweep_row row, best = {0};
-        uint64_t best_index = 0;
-        bool any = false;
-        for (uint64_t i = t * runs_a_trace; i < (t + 1) * runs_a_trace; i++) {
-            const sweep_combination run = sweep_get(sweep, i);
-            bool found;
-            const status status = store_find(sweep->store, &run, &found, &row);
-            if (status != STATUS_OK)
-                return status;
-            if (!found || row.outcome != OUTCOME_DONE || (exact && row.stats[STAT_exact].count != 1) ||
-                (any && row.stats[stat].count >= best.stats[stat].count))
-                continue;
-            any = true;
-            best = row;
-            best_index = i;
-        }
-        if (!any) {
-            fputs("|", out);
-            print_cell(out, sweep->traces[t].label);
-            fprintf(out, " no run%s | | | | | | |\n", exact ? " is exact" : "");
-            continue;
-        }
-        const sweep_combination run = sweep_get(sweep, best_index);
-        print_labels(sweep, &run, out);
-        print_figures(&best, out);
-        fputs("\n", out);
-    }
-    return ferror(out) ? STATUS_IO : STATUS_OK;
 }

@@ -28,34 +28,59 @@ typedef struct processes {
 
 // ---- In the process of a run ---------------------------------------------------------------------------
 
-static void replay_into(const sweep *sweep, const sweep_combination *run, sweep_row *row)
+// A deeper level refuses a machine, or finds a mistake of its own; that is no property of the machine.
+static sweep_outcome outcome_of(status status, const char *why)
 {
-    const report report = {.say = sweep_keep_reason, .user = row->why};
+    if (status == STATUS_OK)
+        return OUTCOME_DONE;
+    return status == STATUS_REFUSED && !strstr(why, "internal error: ") ? OUTCOME_REFUSED : OUTCOME_FAILED;
+}
+
+// At the levels that the combination asks for.
+static void replay_trace(const sweep *sweep, const sweep_combination *run, trace *trace, const report *report,
+                         sweep_row *row)
+{
+    const bool deeper = run->detail != DETAIL_FUNCTION;
     const run_options options = {.threads = sweep->file.threads,
                                  .max_iterations = run->max_iterations,
                                  .occlusion_ratio = -1,
-                                 .reference = true};
+                                 .reference = true,
+                                 .log_conditions = deeper,
+                                 .keep_planes = deeper};
+    const detail_options detail_options = {.level = run->detail};
     const machine *machine = &run->variant->machine;
+    const program *program = run->program->program;
+    run_result *result = NULL;
+    detail_result *detail = NULL;
+    status status = replay_run(program, machine, trace, &options, report, &result);
+    if (status == STATUS_OK && deeper)
+        status = detail_run(program, machine, trace, result, &detail_options, report, &detail);
+    if (status == STATUS_OK)
+        sweep_row_fill(row, result, detail);
+    else
+        row->outcome = outcome_of(status, row->why);
+    detail_destroy(detail);
+    result_destroy(result);
+}
+
+static void replay_into(const sweep *sweep, const sweep_combination *run, sweep_row *row)
+{
+    const report report = {.say = sweep_keep_reason, .user = row->why};
     rop_limits limits;
     trace *trace = NULL;
-    run_result *result = NULL;
-    machine_limits(machine, &limits);
+    machine_limits(&run->variant->machine, &limits);
     row->outcome = OUTCOME_REFUSED;
-    if (verify_program(run->program->program, run->program->path, &limits, &report) != STATUS_OK)
+    // A machine that contradicts itself is refused at every level, as it is by `ropsim run`.
+    if (machine_check(&run->variant->machine, &report) != STATUS_OK ||
+        verify_program(run->program->program, run->program->path, &limits, &report) != STATUS_OK)
         return;
     row->outcome = OUTCOME_FAILED;
     if (trace_open(run->trace->path, &report, &trace) != STATUS_OK)
         return;
-    if (strcmp(trace_get_info(trace)->hash, run->trace->hash) != 0) {
+    if (strcmp(trace_get_info(trace)->hash, run->trace->hash) != 0)
         report_error(&report, STATUS_REFUSED, "%s: is another trace than when the sweep began", run->trace->path);
-    } else {
-        const status status = replay_run(run->program->program, machine, trace, &options, &report, &result);
-        if (status == STATUS_OK)
-            sweep_row_fill(row, result);
-        else if (status == STATUS_REFUSED)
-            row->outcome = OUTCOME_REFUSED;
-    }
-    result_destroy(result);
+    else
+        replay_trace(sweep, run, trace, &report, row);
     trace_close(trace);
 }
 

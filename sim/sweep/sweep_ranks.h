@@ -23,10 +23,11 @@ typedef struct rank_ready {
     char why[SWEEP_WHY_SIZE];  // empty: it is
 } rank_ready;
 
-// The hashes say which program, trace and machine rank 0 means by the index.
+// The hashes and the level say which run rank 0 means by the index.
 typedef struct rank_run {
     int slot;
     uint64_t index;
+    detail_level detail;
     char program_hash[33], trace_hash[33], variant_hash[33];
 } rank_run;
 

@@ -5,6 +5,7 @@
 #include "sweep.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -21,14 +22,28 @@ typedef struct sweep_work {
     unsigned char *states;  // a run_state a combination
     uint64_t next;          // no missing run comes before it
     uint64_t ended;
+    double work, work_done;  // of the runs that are or were missing, without those that ended at once; of those done
     struct timespec start;
 } sweep_work;
+
+// What a run costs, in no unit: for the time left alone. The factors were measured: a deeper level takes so many times
+// what the function level takes.
+static double expect_work(const sweep_combination *run)
+{
+    static const double factors[DETAIL_COUNT] = {
+        [DETAIL_FUNCTION] = 1, [DETAIL_TRAFFIC] = 25, [DETAIL_CYCLE] = 50, [DETAIL_SAMPLED] = 15};
+    return factors[run->detail] * run->trace->work;
+}
 
 static status add_row(sweep_work *w, uint64_t index, const sweep_row *row)
 {
     const sweep_combination run = sweep_get(w->sweep, index);
     const status status = store_add(w->sweep->store, &run, row);
     w->ended++;
+    if (row->outcome == OUTCOME_DONE)
+        w->work_done += expect_work(&run);
+    else
+        w->work -= expect_work(&run);
     w->totals->done += row->outcome == OUTCOME_DONE;
     w->totals->refused += row->outcome == OUTCOME_REFUSED;
     w->totals->failed += row->outcome == OUTCOME_FAILED;
@@ -57,8 +72,8 @@ static void show_progress(const sweep_work *w)
     const uint64_t total = w->totals->combinations - w->totals->there;
     clock_gettime(CLOCK_MONOTONIC, &now);
     const double seconds = (double)(now.tv_sec - w->start.tv_sec) + 1e-9 * (double)(now.tv_nsec - w->start.tv_nsec);
-    if (w->ended > 0)
-        snprintf(left, sizeof left, ", about %.0f s left", seconds / (double)w->ended * (double)(total - w->ended));
+    if (w->work_done > 0)
+        snprintf(left, sizeof left, ", about %.0f s left", seconds / w->work_done * fmax(w->work - w->work_done, 0));
     snprintf(what, sizeof what, "sweep: %" PRIu64 " of %" PRIu64 " runs%s", w->ended, total, left);
     report_progress(w->sweep->report, what, w->ended, total);
 }
@@ -98,8 +113,8 @@ static bool on_its_way(const sweep_work *w, const sweep_combination *run)
         if (w->pool->slots[i].state != SLOT_BUSY)
             continue;
         const sweep_combination other = sweep_get(w->sweep, w->pool->slots[i].index);
-        if (strcmp(other.program->hash, run->program->hash) == 0 && strcmp(other.trace->hash, run->trace->hash) == 0 &&
-            strcmp(other.variant->hash, run->variant->hash) == 0)
+        if (other.detail == run->detail && strcmp(other.program->hash, run->program->hash) == 0 &&
+            strcmp(other.trace->hash, run->trace->hash) == 0 && strcmp(other.variant->hash, run->variant->hash) == 0)
             return true;
     }
     return false;
@@ -128,10 +143,12 @@ static status give_out(sweep_work *w, int slot)
     bool there = false;
     status status = is_there(w, &run, &there);  // another combination of this sweep, or another process, was quicker
     w->states[index] = w->states[index] == RUN_MISSING ? RUN_GIVEN : RUN_GIVEN_AGAIN;
-    if (status == STATUS_OK && (there || on_its_way(w, &run)))
+    if (status == STATUS_OK && (there || on_its_way(w, &run))) {
         w->totals->there++;
-    else if (status == STATUS_OK)
+        w->work -= expect_work(&run);
+    } else if (status == STATUS_OK) {
         status = w->pool->start(w->pool, slot, index);
+    }
     return status;
 }
 
@@ -163,6 +180,7 @@ status sweep_run_in(sweep *sweep, sweep_pool *pool, sweep_totals *totals)
         status = is_there(&w, &run, &there);
         w.states[i] = there ? RUN_GIVEN : RUN_MISSING;
         totals->there += there;
+        w.work += there ? 0 : expect_work(&run);
     }
     clock_gettime(CLOCK_MONOTONIC, &w.start);
     if (status == STATUS_OK)

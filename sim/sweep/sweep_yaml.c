@@ -10,7 +10,7 @@
 #include <string.h>
 #include <yaml.h>
 
-enum { FILE_SIZE_MAX = 65536, WHY_SIZE = 1024, THREADS_MAX = 1024 };
+enum { FILE_SIZE_MAX = 65536, THREADS_MAX = 1024 };
 typedef enum key_kind { KIND_WORD, KIND_NUMBER, KIND_LIST, KIND_MAP } key_kind;
 
 static const struct {
@@ -71,7 +71,7 @@ static bool take_word(yaml_reader *reader, const yaml_event_t *event, const char
                       sweep_list *list)
 {
     if (!is_word(event)) {
-        char why[WHY_SIZE];
+        char why[SWEEP_WHY_SIZE];
         snprintf(why, sizeof why, "%.60s wants words without tags or anchors: %s", key, what);
         refuse_at(reader, event->start_mark, why);
         return false;
@@ -102,7 +102,7 @@ static bool read_words(yaml_reader *reader, const char *key, const char *what, b
             break;
     }
     if (good && list->count == 0) {
-        char why[WHY_SIZE];
+        char why[SWEEP_WHY_SIZE];
         snprintf(why, sizeof why, "%.60s is an empty list; it wants %s", key, what);
         refuse_at(reader, mark, why);
         return false;
@@ -110,25 +110,12 @@ static bool read_words(yaml_reader *reader, const char *key, const char *what, b
     return good;
 }
 
-// LOW..HIGH in decimal digits, with a sign perhaps.
-static bool read_range(const char *text, long long *low, long long *high)
-{
-    char *end;
-    errno = 0;
-    *low = strtoll(text, &end, 10);
-    if (end == text || strncmp(end, "..", 2) != 0 || strspn(text, "+-0123456789.") != strlen(text))
-        return false;
-    const char *second = end + 2;
-    *high = strtoll(second, &end, 10);
-    return end != second && !*end && errno == 0;
-}
-
 // Checks a value against its key as --set does, and keeps it.
 static bool add_value(yaml_reader *reader, sweep_setting *setting, const sweep_word *word, const char *value)
 {
     sweep_place place;
     machine scratch = {0};
-    char assignment[2 * WHY_SIZE];
+    char assignment[2 * SWEEP_WHY_SIZE];
     sweep_place_start(&place, reader->report, reader->file->path, word);
     if (snprintf(assignment, sizeof assignment, "%s=%s", setting->key.text, value) >= (int)sizeof assignment) {
         reader->status = report_error(&place.report, STATUS_REFUSED, "the value is too long");
@@ -136,6 +123,11 @@ static bool add_value(yaml_reader *reader, sweep_setting *setting, const sweep_w
     }
     if (machine_set(&scratch, assignment, &place.report) != STATUS_OK) {
         reader->status = STATUS_REFUSED;
+        return false;
+    }
+    if (setting->values.count == SWEEP_VALUES_MAX) {
+        reader->status = report_error(&place.report, STATUS_REFUSED, "%s is given more than %d values",
+                                      setting->key.text, SWEEP_VALUES_MAX);
         return false;
     }
     for (int i = 0; i < setting->values.count; i++) {
@@ -150,20 +142,19 @@ static bool add_value(yaml_reader *reader, sweep_setting *setting, const sweep_w
 
 static bool expand_value(yaml_reader *reader, sweep_setting *setting, const sweep_word *word)
 {
-    long long low, high;
-    if (!read_range(word->text, &low, &high))
+    char why[SWEEP_WHY_SIZE];
+    sweep_range range;
+    if (!sweep_range_read(word->text, &range, why))
         return add_value(reader, setting, word, word->text);
-    if (low > high || low < INT32_MIN || high > INT32_MAX || high - low >= SWEEP_VALUES_MAX) {
+    if (why[0]) {
         sweep_place place;
         sweep_place_start(&place, reader->report, reader->file->path, word);
-        reader->status = report_error(&place.report, STATUS_REFUSED,
-                                      "the range %s must be LOW..HIGH, LOW not above HIGH, of at most %d integers",
-                                      word->text, SWEEP_VALUES_MAX);
+        reader->status = report_error(&place.report, STATUS_REFUSED, "%s", why);
         return false;
     }
-    for (long long number = low; number <= high; number++) {
+    for (int64_t number = range.low; number <= range.high; number = sweep_range_next(&range, number)) {
         char value[32];
-        snprintf(value, sizeof value, "%lld", number);
+        snprintf(value, sizeof value, "%lld", (long long)number);
         if (!add_value(reader, setting, word, value))
             return false;
     }
@@ -227,7 +218,7 @@ static bool read_settings(yaml_reader *reader)
 // The row that a key event names, or -1 after an error.
 static int read_key(yaml_reader *reader, const yaml_event_t *event)
 {
-    char why[WHY_SIZE];
+    char why[SWEEP_WHY_SIZE];
     const char *names[SWEEP_KEY_COUNT];
     if (!is_word(event)) {
         refuse_at(reader, event->start_mark, "a key must be a word");
@@ -248,7 +239,8 @@ static int read_key(yaml_reader *reader, const yaml_event_t *event)
     }
     const char *meant = nearest_word(key, names, SWEEP_KEY_COUNT);
     snprintf(why, sizeof why,
-             "unknown key `%.60s`%s%s%s; a sweep has results, traces, programs, machines, set, threads, max_iterations",
+             "unknown key `%.60s`%s%s%s; a sweep has results, traces, programs, machines, set, detail, threads,"
+             " max_iterations",
              key, meant ? "; did you mean `" : "", meant ? meant : "", meant ? "`?" : "");
     refuse_at(reader, event->start_mark, why);
     return -1;
@@ -275,12 +267,37 @@ static bool read_number(yaml_reader *reader, sweep_key key, uint64_t most, uint6
     return false;
 }
 
+// Words to levels, each once.
+static void read_details(yaml_reader *reader)
+{
+    sweep_file *file = reader->file;
+    const sweep_list *list = &file->lists[KEY_detail];
+    if (list->count == 0)
+        file->details[file->detail_count++] = DETAIL_FUNCTION;
+    for (int i = 0; i < list->count; i++) {
+        char why[SWEEP_WHY_SIZE] = "";
+        detail_level level;
+        sweep_read_level(list->words[i].text, &level, why);
+        for (int k = 0; k < file->detail_count && !why[0]; k++) {
+            if (file->details[k] == level)
+                snprintf(why, sizeof why, "detail is given %s a second time", detail_level_names[level]);
+        }
+        if (why[0]) {
+            sweep_place place;
+            sweep_place_start(&place, reader->report, file->path, &list->words[i]);
+            reader->status = report_error(&place.report, STATUS_REFUSED, "%s", why);
+            return;
+        }
+        file->details[file->detail_count++] = level;
+    }
+}
+
 static void finish_mapping(yaml_reader *reader, yaml_mark_t end)
 {
     uint64_t threads = 1;
     for (int i = 0; i < SWEEP_KEY_COUNT; i++) {
         if (key_rows[i].required && !reader->seen[i]) {
-            char why[WHY_SIZE];
+            char why[SWEEP_WHY_SIZE];
             snprintf(why, sizeof why, "missing key %s: %s", key_rows[i].key, key_rows[i].what);
             refuse_at(reader, end, why);
         }
@@ -288,6 +305,8 @@ static void finish_mapping(yaml_reader *reader, yaml_mark_t end)
     if (read_number(reader, KEY_threads, THREADS_MAX, &threads))
         read_number(reader, KEY_max_iterations, INT64_MAX, &reader->file->max_iterations);
     reader->file->threads = (int)threads;
+    if (reader->status == STATUS_OK)
+        read_details(reader);
 }
 
 static bool read_mapping(yaml_reader *reader)

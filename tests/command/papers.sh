@@ -67,6 +67,49 @@ expect 0 "\"fragments\": $fragments," info "$work/side.ropt" --json
 grep -q '^figure1,sorted,hybrid_layer_peel,64,64,.*,18,3,8,5,3,0,0,1,' "$work/out/papers.csv" || complain "no such row in papers.csv"
 grep -q '"trace": "dragon_side_back"' "$work/out/dragon_side_back.layer_peel.json" || complain "a result does not name its case"
 
+# Times: the card's three programs on table 1's rows beside its frame rates, hybrid peeling on the slices alone.
+times=(--size 32x32 --figure-size 32x32 --slices 8 --buckets 64)
+"$ropsim" papers --time "dragon=$work/eight.obj" "${times[@]}" -o "$work/time" >"$work/page" 2>"$work/said" ||
+    complain "papers --time failed: $(cat "$work/said")"
+[[ ! -s $work/said ]] || complain "papers --time said: $(cat "$work/said")"
+says "Slices at 32 x 32 pixels, meshes at 32 x 32"
+says "| 2 | hybrid_layer_peel |  | 3 | 5 / 3 |"
+says "| 8 | layer_peel |  | 11 | 21 / 21 |"
+says "The paper, of 256 slices: section 8: 52 to 1; figure 1: 62x."
+says "| 35 | 147 | 1.00 | 1.00 | +0 % |"   # 150 000 faces x 28 passes x 35 frames a second, in millions
+says "| 51 | 138 | 1.46 | 1.56 |"
+says "| 53 | 119 | 1.51 | 1.87 |"
+says "4 of 4 ratios of table 1."            # two layers have nothing to gain from coherence
+grep -qE '^\| dragon_front \| coherent_layer_peel_a \|  \| 2 \| 12 \|' "$work/page" || complain "no row of A"
+# 3 counts of slices with 4 programs, 2 views with 3. What a row says, its JSON says.
+[[ $(wc -l <"$work/time/time.csv") == $((1 + 3 * 4 + 2 * 3)) ]] || complain "time.csv has $(wc -l <"$work/time/time.csv") lines"
+cycles=$(grep -E '^\| dragon_side \| layer_peel ' "$work/page" | cut -d'|' -f7 | tr -d ' ')
+grep -q "\"drained_cycles\": $cycles\b" "$work/time/dragon_side.layer_peel.card.json" || complain "the JSON has not $cycles cycles"
+"$ropsim" run layer_peel "$work/side.ropt" --machine g80 --detail cycle >/dev/null || complain "g80 does not run layer_peel"
+
+# Where 24 bits let depths fall together, a float depth buffer is timed as well: two triangles of one 24-bit depth, one behind.
+printf 'v %s\n' '-1 -1 0' '1 -1 0' '0 1 0' '-1 -1 -3e-9' '1 -1 -3e-9' '0 1 -3e-9' '-1 -1 -1' '1 -1 -1' '0 1 -1' >"$work/near.obj"
+printf 'f %s\n' '1 2 3' '4 5 6' '7 8 9' >>"$work/near.obj"
+"$ropsim" papers --time "$work/near.obj" "${times[@]}" >"$work/page" 2>"$work/said" || complain "papers --time failed: $(cat "$work/said")"
+says "| near_front | layer_peel |  | 3 | 5 |"
+says "| near_front | layer_peel | z32f | 4 | 7 |"
+grep -qE 'near_side.*z32f' "$work/page" && complain "a float depth buffer is timed that changes nothing"
+
+# The gain: more slots never cost time, and without guarded slots a kernel is never slower.
+"$ropsim" papers --gain scene:knot,rings=12,sides=6 "${times[@]}" --svg "$work/gain.svg" -o "$work/gain" >"$work/page" 2>"$work/said" ||
+    complain "papers --gain failed: $(cat "$work/said")"
+says "## knot_rings_12_sides_6_front"
+says "## slices_8"
+says "- \`two_ended_lean_peel\`: from both ends"
+awk -F'|' '/^\| [a-z_,=0-9]+ \| [01] \| [0-9]+ \|/ {
+    for (i = 6; i <= 10; i++) if ($i !~ /=/ && $i + 0 > $(i - 1) * 1.02) { print "more slots, more time: " $0; exit 1 }
+    if ($3 + 0 == 1) first = $5; else if ($5 + 0 > first + 0) { print "free guarded instructions cost time: " $0; exit 1 } }' "$work/page" || complain "$(tail -1 "$work/page")"
+grep -q "</svg>" "$work/gain.svg" || complain "no plot"
+grep -q 'stroke-dasharray="5 3"' "$work/gain.svg" || complain "the plot has no dashed line"
+grep -q '^slices_8,"coherent_back_peel,spans=1",programmable,z24_guarded_1_slots_6,z24,rgba8,6,1,' "$work/gain/gain.csv" || complain "no such row in gain.csv"
+expect 2 "--svg wants --gain" papers --time --svg "$work/x.svg" scene:knot
+expect 2 "--grid is" papers --time --grid 0
+
 expect 2 "did you mean \`dragon\`" papers "dragn=$work/eight.obj"
 expect 2 "table 1 wants a mesh file" papers dragon=scene:knot
 expect 2 "two meshes are called \`eight\`" papers "$work/eight.obj" "$work/eight.obj"

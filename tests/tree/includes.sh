@@ -24,6 +24,6 @@ check() {
 check isa '^isa/[a-z_0-9]*\.(h|def|inc)$' 1
 check sim '^(isa/isa\.h|sim/[a-z_0-9]*\.(h|def|inc))$' 1
 for stage in $(find sim -mindepth 1 -maxdepth 1 -type d -printf '%f\n'); do
-    check "sim/$stage" "^(isa/isa\\.h|sim/(sim|levels)\\.h|sim/$stage/.*\\.(h|def|inc))\$" 2
+    check "sim/$stage" "^(isa/isa\\.h|sim/(sim|levels|sweeps)\\.h|sim/$stage/.*\\.(h|def|inc))\$" 2
 done
 exit $broken

@@ -17,6 +17,7 @@ typedef struct tick_transfer {
     bool write, needs_precharge, needs_activate;
     int bank, write_number;  // write_number: of the posted write, -1 for a read
     int64_t length, not_before, precharged, activated, data_start;
+    uint64_t *end;  // where the clock in which its data have ended will stand; NULL: nowhere
 } tick_transfer;
 
 typedef struct tick_bank {
@@ -102,6 +103,8 @@ static inline bool ticks_issue_one(ticks *m, int i)
         m->read_end = m->bus_free;
         bank->last_read_over = now + x->length;
     }
+    if (x->end)
+        *x->end = (uint64_t)m->bus_free;
     m->work_count--;
     memmove(m->work, m->work + 1, (size_t)m->work_count * sizeof *m->work);
     return true;
@@ -120,8 +123,9 @@ static inline void ticks_add_work(ticks *m, bool write, int number, uint64_t add
     const uint64_t first = address / burst, last = (address + bytes - 1) / burst;
     for (uint64_t b = first; b <= last; b++) {
         const uint64_t row_number = b * burst / row_bytes;
-        const int bank = (int)(row_number % (uint64_t)m->t->banks);
-        const int64_t row = (int64_t)(row_number / (uint64_t)m->t->banks);
+        const uint64_t banks = (uint64_t)m->t->banks;
+        const int bank = (int)((row_number % banks + row_number / banks + row_number / banks / banks) % banks);
+        const int64_t row = (int64_t)(row_number / banks);
         const int64_t clocks = (m->t->burst_bytes + m->t->bytes_per_clock - 1) / m->t->bytes_per_clock;
         if (b > first && b * burst % row_bytes != 0) {
             m->work[m->work_count - 1].length += clocks;
@@ -186,7 +190,8 @@ static inline int64_t ticks_end(const ticks *m)
     }
 }
 
-static inline uint64_t ticks_read(ticks *m, uint64_t time, uint64_t address, uint32_t bytes)
+// Asks for a read. *end: the clock in which the last of its data have ended, as soon as that is known.
+static inline void ticks_ask(ticks *m, uint64_t time, uint64_t address, uint32_t bytes, uint64_t *end)
 {
     m->next_port = ticks_until_call(m, time) + 1;
     const uint64_t burst = (uint64_t)m->t->burst_bytes;
@@ -200,6 +205,13 @@ static inline uint64_t ticks_read(ticks *m, uint64_t time, uint64_t address, uin
     while (wanted >= 0 && !m->writes[wanted].moved)
         ticks_move_write(m);
     ticks_add_work(m, false, -1, address, bytes);
+    m->work[m->work_count - 1].end = end;
+    ticks_issue(m);
+}
+
+static inline uint64_t ticks_read(ticks *m, uint64_t time, uint64_t address, uint32_t bytes)
+{
+    ticks_ask(m, time, address, bytes, NULL);
     return ticks_scaled((uint64_t)ticks_end(m), m->t->memory_mhz, m->t->core_mhz) + (uint64_t)m->t->latency_cycles;
 }
 
@@ -213,6 +225,7 @@ static inline void ticks_leave(ticks *m)
     }
 }
 
+// `when` NULL: it is not asked for.
 static inline bool ticks_write(ticks *m, uint64_t time, uint64_t address, uint32_t bytes, uint64_t *when)
 {
     const uint64_t cycle = ticks_until_call(m, time);
@@ -223,12 +236,13 @@ static inline bool ticks_write(ticks *m, uint64_t time, uint64_t address, uint32
         int moved = 0;
         for (int i = 0; i < size; i++)
             moved += m->writes[i].moved;
-        for (; moved < (size + 1) / 2; moved++)
+        const bool quarter = moved <= size / 4;
+        for (; quarter && moved < (size + 1) / 2; moved++)
             ticks_move_write(m);
         ticks_issue(m);
         ticks_leave(m);
     }
-    if (m->write_count == size) {
+    if (m->write_count == size && when) {
         ticks ahead = *m;
         const int first = ahead.first_number;
         while (ahead.first_number == first) {
@@ -237,8 +251,9 @@ static inline bool ticks_write(ticks *m, uint64_t time, uint64_t address, uint32
             ticks_leave(&ahead);
         }
         *when = ticks_scaled((uint64_t)ahead.clock, m->t->memory_mhz, m->t->core_mhz);
-        return false;
     }
+    if (m->write_count == size)
+        return false;
     m->next_port = cycle + 1;
     m->writes[m->write_count++] = (tick_write){address, bytes, m->clock, false};
     return true;

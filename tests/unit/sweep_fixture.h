@@ -3,6 +3,7 @@
 #define ROPSIM_TEST_SWEEP_FIXTURE_H
 
 #include "messages.h"
+#include "../../sim/sweeps.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -48,6 +49,15 @@ static inline sqlite3 *sweep_fixture_open(const char *path)
     return database;
 }
 
+static inline void sweep_fixture_execute(const char *path, const char *text)
+{
+    sqlite3 *database = sweep_fixture_open(path);
+    char *error = NULL;
+    if (sqlite3_exec(database, text, NULL, NULL, &error) != SQLITE_OK)
+        fail_msg("%s: %s", text, error);
+    sqlite3_close(database);
+}
+
 static inline int64_t sweep_fixture_number(const char *path, const char *query)
 {
     sqlite3 *database = sweep_fixture_open(path);
@@ -64,9 +74,9 @@ static inline int64_t sweep_fixture_number(const char *path, const char *query)
 static inline char *sweep_fixture_content(const char *path)
 {
     static const char *const queries[] = {
-        "SELECT * FROM runs ORDER BY trace_hash, program_hash, machine_hash",
-        "SELECT p.*, r.program_hash, r.trace_hash, r.machine_hash FROM planes p JOIN runs r ON r.id = p.run"
-        " ORDER BY r.trace_hash, r.program_hash, r.machine_hash, p.number",
+        "SELECT * FROM runs ORDER BY trace_hash, program_hash, machine_hash, detail",
+        "SELECT p.*, r.program_hash, r.trace_hash, r.machine_hash, r.detail FROM planes p JOIN runs r ON r.id = p.run"
+        " ORDER BY r.trace_hash, r.program_hash, r.machine_hash, r.detail, p.number",
     };
     char *text = NULL;
     size_t size = 0;
@@ -80,7 +90,7 @@ static inline char *sweep_fixture_content(const char *path)
             for (int i = 0; i < sqlite3_column_count(statement); i++) {
                 const char *name = sqlite3_column_name(statement, i);
                 const char *value = (const char *)sqlite3_column_text(statement, i);
-                if (strcmp(name, "id") != 0 && strcmp(name, "run") != 0 && strcmp(name, "wall_seconds") != 0 &&
+                if (strcmp(name, "id") != 0 && strcmp(name, "run") != 0 && !strstr(name, "wall_seconds") &&
                     strcmp(name, "fragments_per_second") != 0)
                     fprintf(out, "%s=%s|", name, value ? value : "NULL");
             }

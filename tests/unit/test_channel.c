@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 // One clock, so that all figures are of one kind; a burst takes 2 of them. Row 0 of banks 0 to 3 lies at 0, 1024, 2048,
-// 3072; row 1 of bank 0 at 4096.
+// 3072; row 1 of banks 1, 2, 3, 0 from 4096 on.
 static const channel_timing plain = {
     .core_mhz = 1,
     .memory_mhz = 1,
@@ -47,7 +47,7 @@ static const channel_timing gddr3 = {
     .latency_cycles = 100,
     .write_queue = 32,
 };
-enum { BANK_1 = 1024, ROW_1 = 4096 };
+enum { BANK_1 = 1024, ROW_1 = 7168 };
 
 static channel *start(const channel_timing *timing)
 {
@@ -221,7 +221,7 @@ static void transfers_are_whole_bursts_of_one_row(void **state)
     assert_int_equal(channel_read(c, 200, 1023, 2), 224 + 100);
     assert_int_equal(counts->row_hits, 2);
     assert_int_equal(counts->row_empty, 2);
-    // Four whole rows: banks 2, 3, then row 1 of banks 0, 1.
+    // Four whole rows: banks 2, 3, then row 1 of banks 1, 2.
     channel_read(c, 400, 2048, 4096);
     assert_int_equal(counts->row_empty, 4);
     assert_int_equal(counts->row_misses, 2);
@@ -365,8 +365,8 @@ static void streams_of_writes_reach_the_peak(void **state)
         {32, 32, "consecutive 32 bytes"},
         {256, 2048, "256 bytes of a new row each"},
     };
-    // Half of the queue is the lead that a new row's commands get: 32 writes of 2 clocks, for 10 + 12 + 7 clocks of
-    // precharge, activate and write latency. Of 32 places, 16 writes less what rounding takes would not do.
+    // A quarter of the queue is the lead that a new row's commands get: 16 writes of 2 clocks, for 10 + 12 + 7 clocks of
+    // precharge, activate and write latency.
     channel_timing t = gddr3;
     t.write_queue = 64;
     for (size_t s = 0; s < sizeof streams / sizeof *streams; s++) {

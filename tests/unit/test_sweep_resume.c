@@ -8,16 +8,23 @@
 #include <unistd.h>
 
 // 2 traces x 3 programs x 2 machines x 2 x 3 settings.
-static const char file_text[] = "results: sweep.db\n"
-                                "traces:\n"
-                                "  - record scene:knot,rings=64 size=96x96\n"
-                                "  - record scene:sheets,count=24,order=shuffled size=24x24\n"
-                                "programs: [layer_peel, coherent_layer_peel_a, ideal_coherent_layer_peel]\n"
-                                "machines: [g80, programmable]\n"
-                                "set:\n"
-                                "  depth_format: [z16, z24]\n"
-                                "  stencil_bits: 6..8\n";
-enum { COMBINATIONS = 72, KILLS_MAX = 20, JOBS = 2 };
+static const char function_text[] = "results: sweep.db\n"
+                                    "traces:\n"
+                                    "  - record scene:knot,rings=64 size=96x96\n"
+                                    "  - record scene:sheets,count=24,order=shuffled size=24x24\n"
+                                    "programs: [layer_peel, coherent_layer_peel_a, ideal_coherent_layer_peel]\n"
+                                    "machines: [g80, programmable]\n"
+                                    "set:\n"
+                                    "  depth_format: [z16, z24]\n"
+                                    "  stencil_bits: 6..8\n";
+// 1 trace x 3 levels x 2 programs x 2 machines x 3 settings.
+static const char cycle_text[] = "results: sweep.db\n"
+                                 "traces: record scene:knot,rings=24 size=48x48\n"
+                                 "programs: [layer_peel, ideal_coherent_layer_peel]\n"
+                                 "machines: [g80, tiled]\n"
+                                 "detail: [cycle, function, traffic]\n"
+                                 "set: {cache_misses_max: 1..4*2}\n";
+enum { FUNCTION_COMBINATIONS = 72, CYCLE_COMBINATIONS = 36, KILLS_MAX = 20, JOBS = 2 };
 
 static int run_whole(const char *file, int jobs)
 {
@@ -39,9 +46,8 @@ static pid_t start_sweep(const char *file, int jobs)
     return pid;
 }
 
-static void killed_sweeps_go_on(void **state)
+static void kill_and_go_on(const char *file_text, int combinations)
 {
-    (void)state;
     sweep_fixture whole, killed;
     sweep_fixture_start(&whole, file_text);
     sweep_fixture_start(&killed, file_text);
@@ -72,7 +78,7 @@ static void killed_sweeps_go_on(void **state)
             if (sqlite3_prepare_v2(database, "SELECT count(*) FROM runs", -1, &statement, NULL) == SQLITE_OK &&
                 sqlite3_step(statement) == SQLITE_ROW) {
                 const int count = sqlite3_column_int(statement, 0);
-                between += count > 0 && count < COMBINATIONS;
+                between += count > 0 && count < combinations;
             }
             sqlite3_finalize(statement);
             sqlite3_close(database);
@@ -82,13 +88,25 @@ static void killed_sweeps_go_on(void **state)
     assert_true(between >= 1);
     char *wanted = sweep_fixture_content(whole.database), *found = sweep_fixture_content(killed.database);
     assert_string_equal(found, wanted);
-    assert_int_equal(sweep_fixture_number(killed.database, "SELECT count(*) FROM runs"), COMBINATIONS);
+    assert_int_equal(sweep_fixture_number(killed.database, "SELECT count(*) FROM runs"), combinations);
     assert_int_equal(
         sweep_fixture_number(killed.database, "SELECT count(*) FROM planes WHERE run NOT IN (SELECT id FROM runs)"), 0);
     free(wanted);
     free(found);
     sweep_fixture_end(&whole);
     sweep_fixture_end(&killed);
+}
+
+static void killed_sweeps_go_on(void **state)
+{
+    (void)state;
+    kill_and_go_on(function_text, FUNCTION_COMBINATIONS);
+}
+
+static void killed_sweeps_of_all_levels_go_on(void **state)
+{
+    (void)state;
+    kill_and_go_on(cycle_text, CYCLE_COMBINATIONS);
 }
 
 static pid_t sweeping;  // the process that holds the database
@@ -162,6 +180,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(killed_sweeps_go_on),
+        cmocka_unit_test(killed_sweeps_of_all_levels_go_on),
         cmocka_unit_test(a_killed_worker_is_a_failed_run),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
