@@ -3,11 +3,6 @@
 
 #include <stdlib.h>
 
-static uint64_t later(uint64_t a, uint64_t b)
-{
-    return a > b ? a : b;
-}
-
 static status refuse_memory(const clock_state *c)
 {
     return report_error(c->report, STATUS_IO, "out of memory: timing model");
@@ -338,6 +333,9 @@ static void settle_channel(const clock_state *c, partition *p, statistics *s)
 
 void clock_settle(clock_state *c, statistics *s)
 {
+    const uint64_t raster = c->front.busy / CYCLE_PARTS - c->front.settled;
+    s->raster_busy += raster;
+    c->front.settled += raster;
     for (int i = 0; i < c->partition_count; i++) {
         settle_channel(c, &c->partitions[i], s);
         for (int k = 0; k < c->stage_count; k++)
@@ -389,7 +387,6 @@ status clock_end_pass(clock_state *c, statistics *s)
     }
     clock_settle(c, s);
     s->geometry_busy += c->bounds[RESOURCE_GEOMETRY];
-    s->raster_busy += c->front.busy / CYCLE_PARTS;
     bound(c, RESOURCE_RASTER, c->front.busy / CYCLE_PARTS);
     s->cycles += c->drained - c->pass_start;
     s->fragment_cycles += c->last_fragment - c->pass_start;

@@ -14,6 +14,7 @@
 #define CYCLE_PARTS (UINT64_C(1) << 20)
 #define NEVER UINT64_MAX
 
+static inline uint64_t later(uint64_t a, uint64_t b) { return a > b ? a : b; }
 static inline uint64_t cycles_up(uint64_t parts) { return (parts + CYCLE_PARTS - 1) / CYCLE_PARTS; }
 
 // The stages of a partition in the order in which a pass's stamps go through them.
@@ -112,7 +113,7 @@ typedef struct front {
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
     uint64_t base;            // address of the lines that primitives wait for
     uint64_t blocked_at;
-    uint64_t busy;
+    uint64_t busy, settled;   // parts that the rasterizer worked in this pass; cycles of it that statistics have
 } front;
 
 struct clock_state {

@@ -8,11 +8,6 @@
 // Addresses of their own.
 static const uint64_t GEOMETRY_BASE = UINT64_C(1) << 40, BINS_BASE = UINT64_C(1) << 41;
 
-static uint64_t later(uint64_t a, uint64_t b)
-{
-    return a > b ? a : b;
-}
-
 // value * numerator / denominator, rounded up.
 static uint64_t share_up(uint64_t value, uint64_t numerator, uint64_t denominator)
 {

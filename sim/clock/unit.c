@@ -13,11 +13,6 @@
 enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED, STEP_FILL };
 enum { INTERLOCK_NONE, INTERLOCK_EXACT, INTERLOCK_BUCKETS };  // machine.interlock
 
-static uint64_t later(uint64_t a, uint64_t b)
-{
-    return a > b ? a : b;
-}
-
 // ---- Making --------------------------------------------------------------------------------------------
 
 static uint64_t window_of(const machine *m, unit_kind kind)

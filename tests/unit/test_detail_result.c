@@ -250,7 +250,7 @@ static void check_csv(detail_level level)
     static const char *const scopes[LINES] = {"scope", "total", "pass",      "pass",      "pass",
                                               "draw",  "draw",  "iteration", "iteration", "iteration"};
     static const uint64_t factors[LINES] = {0, 1, 10, 11, 12, 100, 101, 200, 201, 202};
-    char *lines[LINES + 1], *columns[LINES + 1][COLUMNS_MAX];
+    char *lines[LINES + 1], *columns[LINES + 1][COLUMNS_MAX] = {{NULL}};
     int counts[LINES + 1];
     sample sample;
     fill(&sample, level, 3);
