@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum { NOTHING = UINT32_MAX };
+static const uint32_t NOTHING = UINT32_MAX;
 
 static const stamp_record *record_of(const arrival *a, const skipped *s)
 {

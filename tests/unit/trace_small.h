@@ -106,7 +106,7 @@ static inline program *small_program(const char *stem)
 {
     char path[4096];
     program *program = NULL;
-    snprintf(path, sizeof path, "%s/programs/%s.rop", ROPSIM_SOURCE, stem);
+    snprintf(path, sizeof path, "%s/programs/%.100s.rop", ROPSIM_SOURCE, stem);
     assemble_file(path, NULL, &program);
     return program;
 }
