@@ -100,13 +100,13 @@ static void assert_same_content(const sweep_fixture *found, const sweep_fixture 
     free(b);
 }
 
-static void leave_the_same_rows(const char *file_text, int combinations)
+static void leave_the_same_rows(const char *text, int combinations)
 {
     sweep_fixture alone, shared;
     int how = 0;
     need_mpirun();
-    sweep_fixture_start(&alone, file_text);
-    sweep_fixture_start(&shared, file_text);
+    sweep_fixture_start(&alone, text);
+    sweep_fixture_start(&shared, text);
     run_alone(alone.file);
     const pid_t pid = start_ranks(shared.file);
     assert_int_equal(waitpid(pid, &how, 0), pid);
