@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { STAMPS_AHEAD = 6 };  // whose planes are asked for before they are needed
+
 // ---- Passes --------------------------------------------------------------------------------------------
 
 static bool draws_class(const arrival *a, const step *step, uint32_t draw)
@@ -80,6 +82,20 @@ static status each_by_region(arrival *a, const step *step, stamp_body *body)
     return status == STATUS_OK ? skip_run_all(a, step) : status;
 }
 
+// Asks for what the kernel will read of a stamp's planes: triangles in the order of a mesh jump from block to block, and planes
+// of a whole image do not fit a near cache.
+static void prefetch(const arrival *a, const step *step, const stamp_record *record)
+{
+    const kernel_use *use = &a->uses[step->kernel];
+    const int first = __builtin_ctzll(record->lanes);
+    for (int i = 0; i < use->access_count; i++) {
+        const uint32_t *plane = arrival_plane(a, a->plane_at[use->accesses[i].plane], record->tile) + first;
+        __builtin_prefetch(plane);
+        for (int c = 1; use->accesses[i].unit == ACCESS_COLOR && c < 4; c++)
+            __builtin_prefetch(plane + c * TILE_LANES);
+    }
+}
+
 status each_stamp(arrival *a, const step *step, stamp_body *body)
 {
     if (a->options.region_pixels)
@@ -87,9 +103,12 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
     status status = stamps_rewind(&a->stamps);
     for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;) {
         const uint32_t number = (uint32_t)(chunk - a->stamps.chunks);
-        for (uint32_t i = 0; status == STATUS_OK && i < chunk->count; i++)
+        for (uint32_t i = 0; status == STATUS_OK && i < chunk->count; i++) {
+            if (step->kind == STEP_DRAW && i + STAMPS_AHEAD < chunk->count)
+                prefetch(a, step, &chunk->records[i + STAMPS_AHEAD]);
             if (draws_class(a, step, chunk->records[i].draw))
                 status = take_stamp(a, step, number, i, body);
+        }
         if (status == STATUS_OK)
             status = skip_run_all(a, step);  // the chunk may not stay
     }
