@@ -55,7 +55,7 @@ static void take_touches(const stamp_lines *lines, access_unit cache, job *job, 
         const bool moves = line->fill.bytes || line->spill.bytes;
         if (moves)
             job->moves[job->move_count] = (queued_move){line->fill, line->spill};
-        job->touches[job->touch_count++] = (queued_touch){line->slot, job->move_count, (uint8_t)cache, line->miss, line->replaces, moves, job->stretch};
+        job->touches[job->touch_count++] = (queued_touch){line->slot, job->move_count, (uint8_t)cache, line->miss, line->replaces, moves};
         job->move_count += moves;
     }
     work->touch_count += (uint32_t)lines->counts[cache];

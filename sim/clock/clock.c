@@ -156,8 +156,6 @@ static void step_partition(clock_state *c, partition *p)
     partition_next(c, p);
 }
 
-static const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
-
 // Nothing can go on although work is left: says which queue is full, the last one: those before it wait for it.
 static status blocked(const clock_state *c)
 {

@@ -19,14 +19,14 @@ static inline uint64_t cycles_up(uint64_t parts) { return (parts + CYCLE_PARTS -
 
 // The stages of a partition in the order in which a pass's stamps go through them.
 typedef enum unit_kind { UNIT_SHADER_STAGE, UNIT_DEPTH_STAGE, UNIT_COLOR_STAGE, UNIT_KERNEL_STAGE, UNIT_KINDS } unit_kind;
-enum { STAGES_MAX = 3, STEPS_NONE = 0 };
+enum { STAGES_MAX = 3 };
+extern const char *const unit_names[UNIT_KINDS];  // for people (unit.c)
 
 // A touch of a line, with the cache that it is of.
 typedef struct queued_touch {
     uint32_t slot, move;      // move: its transfers among the job's, if it has any
     uint8_t cache;            // access_unit
     bool miss, replaces, moves;
-    uint64_t stretch;
 } queued_touch;
 typedef struct queued_move { transfer fill, spill; } queued_move;
 
@@ -44,7 +44,7 @@ typedef struct job {
     stage_work work[STAGES_MAX];
     uint64_t stream_address;
     uint32_t stream_read, stream_written;
-    uint64_t stretch;
+    uint64_t stretch;         // in which it came
     queued_touch *touches;
     queued_move *moves;       // of the touches that move bytes: most do not, and copies cost
     uint32_t touch_count, move_count, touch_capacity;
@@ -69,8 +69,7 @@ typedef struct unit {
     uint32_t touch;           // next touch of the stamp at hand, and
     uint32_t step;            // how far it got in that touch
     bool open;                // a stamp is at hand
-    uint64_t data_ready, last_lookup;
-    uint64_t done;            // of its last operation
+    uint64_t data_ready;
     uint64_t busy, second_busy;  // parts, in this pass
     uint64_t settled, second_settled;  // cycles of those that statistics have
     flight *flights;          // a ring of `window` and more
@@ -134,7 +133,6 @@ struct clock_state {
     request_log *log;
     timeline *timeline;       // NULL, or where what units do goes
     statistics *statistics;
-    bool stuck;
 };
 
 // What a stamp costs in each stage (charge.c).

@@ -6,10 +6,9 @@ enum { SPAN_GAP_CYCLES = 16 };
 
 static void flush(const clock_state *c, const unit *u, bool lookups)
 {
-    static const char *const names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
     const span *span = &u->spans[lookups];
     char track[NAME_SIZE];
-    snprintf(track, sizeof track, "partition %d %s%s", u->partition, names[u->kind], lookups ? ", lookups" : "");
+    snprintf(track, sizeof track, "partition %d %s%s", u->partition, unit_names[u->kind], lookups ? ", lookups" : "");
     if (span->end > span->start)
         timeline_slice(c->timeline, track, span->name, span->start, span->end);
 }

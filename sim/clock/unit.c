@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
+
 enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED, STEP_FILL };
 enum { INTERLOCK_NONE, INTERLOCK_EXACT, INTERLOCK_BUCKETS };  // machine.interlock
 
@@ -97,9 +99,8 @@ static job *job_at(const partition *p, uint64_t number)
 }
 
 // Stamps that have arrived, or will at a known time.
-static uint64_t arrived(const clock_state *c, const partition *p, int stage)
+static uint64_t arrived(const partition *p, int stage)
 {
-    (void)c;
     return stage ? p->units[stage - 1].started - p->units[stage - 1].open : p->pushed;
 }
 
@@ -120,7 +121,7 @@ void unit_next(clock_state *c, partition *p, int stage)
     if (u->open)
         return;  // its next lookup is known
     u->when = NEVER;
-    if (u->started == arrived(c, p, stage))
+    if (u->started == arrived(p, stage))
         return;
     uint64_t when = later(job_at(p, u->started)->ready, u->port_free);
     if (stage + 1 < c->stage_count) {
@@ -178,15 +179,15 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
 
 // When the users of the line to be replaced have ended. Behind stamps that were skipped the line may have been another then, used just
 // now, which a stamp that came at once would not have met: it waits for the earliest of its set's uses instead, one use each.
-static uint64_t victim_free(const clock_state *c, line_cache *cache, const queued_touch *touch)
+static uint64_t victim_free(const clock_state *c, line_cache *cache, const queued_touch *touch, uint64_t stretch)
 {
     const int64_t ways[ACCESS_UNITS] = {c->machine->texture_cache_ways, c->machine->depth_cache_ways, c->machine->color_cache_ways};
     const uint32_t slot = touch->slot, count = (uint32_t)ways[touch->cache], first = slot / count * count;
     uint32_t earliest = slot;
-    if (cache->used_in[slot] == touch->stretch || c->machine->tile_based)
+    if (cache->used_in[slot] == stretch || c->machine->tile_based)
         return cache->last_use[slot];
     for (uint32_t i = first; i < first + count; i++)
-        if (cache->used_in[i] != touch->stretch && cache->last_use[i] < cache->last_use[earliest])
+        if (cache->used_in[i] != stretch && cache->last_use[i] < cache->last_use[earliest])
             earliest = i;
     const uint64_t use = cache->last_use[earliest];
     cache->last_use[earliest] = cache->last_use[slot];
@@ -205,8 +206,9 @@ static uint64_t *first_back(const clock_state *c, line_cache *cache)
 }
 
 // As far as it can go now; false: it waits.
-static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *touch, const queued_move *line)
+static bool look_up(clock_state *c, partition *p, unit *u, const job *job, const queued_touch *touch)
 {
+    const queued_move *line = &job->moves[touch->move];
     statistics *s = c->statistics;
     line_cache *cache = &p->caches[touch->cache];
     uint64_t *pending = line->fill.bytes ? first_back(c, cache) : NULL;
@@ -214,7 +216,7 @@ static bool look_up(clock_state *c, partition *p, unit *u, const queued_touch *t
     if (u->step <= STEP_PENDING) {
         if (pending && *pending > c->now)
             return wait_until(c, u, *pending, &s->unit_wait_misses);
-        const uint64_t used = touch->replaces ? victim_free(c, cache, touch) : 0;
+        const uint64_t used = touch->replaces ? victim_free(c, cache, touch, job->stretch) : 0;
         if (used > c->now)
             return wait_until(c, u, used, &s->unit_wait_victim);
         u->step = STEP_SPILL;
@@ -336,14 +338,13 @@ static void operate(clock_state *c, partition *p, unit *u, int stage, job *job, 
         u->operations[u->operation] = begin / CYCLE_PARTS;
         u->operation = u->operation + 1 == u->window ? 0 : u->operation + 1;
     }
-    u->done = later(u->done, cycles_up(end) + latency);
     job->ready = cycles_up(end) + latency;
     if (lanes)
         note_flight(c, u, job->tile, lanes, job->ready);
     for (uint32_t i = 0; i < work->touch_count; i++) {
         const queued_touch *touch = &job->touches[work->first_touch + i];
         p->caches[touch->cache].last_use[touch->slot] = cycles_up(end);
-        p->caches[touch->cache].used_in[touch->slot] = touch->stretch;
+        p->caches[touch->cache].used_in[touch->slot] = job->stretch;
     }
     c->last_fragment = later(c->last_fragment, job->ready);
 }
@@ -370,11 +371,11 @@ static void begin_stamp(clock_state *c, partition *p, unit *u, int stage)
 
 // A lookup that moves no bytes asks nothing of what others use, so it need not wait for its turn among their steps. It is made
 // in its cycle or when the replaced line is free: that cycle.
-static uint64_t look_up_alone(clock_state *c, partition *p, unit *u, const queued_touch *touch, uint64_t at)
+static uint64_t look_up_alone(clock_state *c, partition *p, unit *u, const job *job, const queued_touch *touch, uint64_t at)
 {
     line_cache *cache = &p->caches[touch->cache];
     if (touch->miss) {
-        const uint64_t free = touch->replaces ? victim_free(c, cache, touch) : 0;
+        const uint64_t free = touch->replaces ? victim_free(c, cache, touch, job->stretch) : 0;
         if (free > at) {
             c->statistics->unit_wait_victim += free - at;
             if (c->timeline)
@@ -394,11 +395,11 @@ static bool look_up_all(clock_state *c, partition *p, unit *u, const job *job, c
     while (u->touch < work->touch_count) {
         const queued_touch *touch = &job->touches[work->first_touch + u->touch];
         if (!touch->moves) {
-            *at = look_up_alone(c, p, u, touch, *at);
+            *at = look_up_alone(c, p, u, job, touch, *at);
         } else if (*at > c->now) {
             u->when = *at;
             return false;
-        } else if (!look_up(c, p, u, touch, &job->moves[touch->move])) {
+        } else if (!look_up(c, p, u, job, touch)) {
             return false;
         }
         u->step = STEP_PENDING;

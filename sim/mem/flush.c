@@ -22,7 +22,6 @@ static bool next_cleared(memory *m, uint32_t *partition, access_unit *cache, tra
     *partition = m->partition_of[at.tile];
     *cache = plane->unit;
     write_line(m, at, lanes, lanes, s, spill);
-    m->cleared_bytes += spill->bytes;
     return true;
 }
 
@@ -78,14 +77,13 @@ bool memory_flush(memory *m, bool last, uint32_t *partition, access_unit *cache,
     return last && next_of_l2(m, partition, cache, spill, s);
 }
 
-static status differ(const memory *m, const char *what, uint64_t in, uint64_t out)
+static status differ(const report *report, const char *what, uint64_t in, uint64_t out)
 {
-    return report_error(m->report, STATUS_REFUSED, "internal error: conservation: %s: %" PRIu64 " in, %" PRIu64 " out", what, in, out);
+    return report_error(report, STATUS_REFUSED, "internal error: conservation: %s: %" PRIu64 " in, %" PRIu64 " out", what, in, out);
 }
 
 status memory_check(const memory *m, const statistics *s, const report *report)
 {
-    (void)report;
     const uint64_t verdicts = s->fragments_hierarchical + s->fragments_early + s->fragments_discarded + s->fragments_failed + s->fragments_passed;
     const uint64_t writebacks = s->depth_writebacks + s->color_writebacks;
     uint64_t read = 0, written = 0;
@@ -94,21 +92,21 @@ status memory_check(const memory *m, const statistics *s, const report *report)
         written += m->traffic[i].written;
     }
     if (verdicts != s->fragments)
-        return differ(m, "fragments and their verdicts", s->fragments, verdicts);
+        return differ(report, "fragments and their verdicts", s->fragments, verdicts);
     if (writebacks != s->lines_dirtied)
-        return differ(m, "lines changed and written back", s->lines_dirtied, writebacks);
+        return differ(report, "lines changed and written back", s->lines_dirtied, writebacks);
     if (m->geometry_read + m->geometry_written != s->geometry_bytes)
-        return differ(m, "bytes of geometry", s->geometry_bytes, m->geometry_read + m->geometry_written);
+        return differ(report, "bytes of geometry", s->geometry_bytes, m->geometry_read + m->geometry_written);
     if (m->stream_read + m->stream_written != s->list_bytes)
-        return differ(m, "bytes of lists", s->list_bytes, m->stream_read + m->stream_written);
+        return differ(report, "bytes of lists", s->list_bytes, m->stream_read + m->stream_written);
     if (read + m->stream_read + m->geometry_read != s->memory_bytes_read)
-        return differ(m, "bytes read from memory, by plane", s->memory_bytes_read, read + m->stream_read + m->geometry_read);
+        return differ(report, "bytes read from memory, by plane", s->memory_bytes_read, read + m->stream_read + m->geometry_read);
     if (written + m->stream_written + m->geometry_written != s->memory_bytes_written)
-        return differ(m, "bytes written to memory, by plane", s->memory_bytes_written, written + m->stream_written + m->geometry_written);
+        return differ(report, "bytes written to memory, by plane", s->memory_bytes_written, written + m->stream_written + m->geometry_written);
     if (!m->l2 && s->rop_bytes_read + m->stream_read + m->geometry_read != s->memory_bytes_read)
-        return differ(m, "bytes into caches and out of memory", s->rop_bytes_read, s->memory_bytes_read);
+        return differ(report, "bytes into caches and out of memory", s->rop_bytes_read, s->memory_bytes_read);
     if (!m->l2 && s->rop_bytes_written + m->stream_written + m->geometry_written != s->memory_bytes_written)
-        return differ(m, "bytes out of caches and into memory", s->rop_bytes_written, s->memory_bytes_written);
+        return differ(report, "bytes out of caches and into memory", s->rop_bytes_written, s->memory_bytes_written);
     return STATUS_OK;
 }
 

@@ -50,7 +50,7 @@ struct memory {
     stamp_lines out;
     line_touch *touches[ACCESS_UNITS];
     pass_info pass;         // at hand
-    uint64_t chip_writebacks, stream_read, stream_written, cleared_bytes, geometry_read, geometry_written;
+    uint64_t stream_read, stream_written, geometry_read, geometry_written;
     // What a flush has still to visit:
     uint32_t flush_partition, flush_cache, flush_line;
     uint32_t l2_partition, l2_line;

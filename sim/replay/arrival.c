@@ -204,7 +204,7 @@ static status copy(arrival *a, const step *step)
         stamp.tile = tile;
         stamp.draw = UINT32_MAX;
         stamp.lanes = stamp.shaded = stamp.alive = stamp.passed = lanes;
-        stamp.quads = stamp.quads_shaded = stamp.quads_passed = quads_of(&a->tiling, lanes);
+        stamp.quads = stamp.quads_shaded = stamp.quads_passed = quads_of(a, lanes);
         a->accesses[0] = (plane_access){(uint8_t)from, unit, lanes, 0};
         a->accesses[1] = (plane_access){(uint8_t)to, unit, 0, lanes};
         stamp.accesses = a->accesses;

@@ -100,8 +100,8 @@ struct arrival {
 status kernel_use_find(const program *program, const bound_program *bound, const machine *machine, const report *report,
                        kernel_use uses[KERNEL_MAX]);
 
-// Quads, or pixels, with at least one of the lanes (stamp_masks.c).
-uint32_t quads_of(const tiling *tiling, uint64_t lanes);
+// Quads with at least one of the lanes (stamp_masks.c).
+uint32_t quads_of(const arrival *arrival, uint64_t lanes);
 // Lanes for which the depth test would hold.
 uint64_t depth_test_lanes(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes);
 // Least and greatest of so many codes of depth.

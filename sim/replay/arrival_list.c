@@ -52,7 +52,7 @@ static status append_stamp(arrival *a, const step *step, const stamp_chunk *chun
         if (!keep(a, place, code, chunk, at))
             return report_error(a->report, STATUS_IO, "out of memory: lists of fragments");
     }
-    stamp.quads = stamp.quads_shaded = stamp.quads_passed = quads_of(&a->tiling, record->lanes);
+    stamp.quads = stamp.quads_shaded = stamp.quads_passed = quads_of(a, record->lanes);
     stamp.kernel_slots = stamp.quads;
     stamp.list_bytes = kept * entry_bytes(a, step);
     a->accesses[0] = (plane_access){a->plane_at[step->source], ACCESS_DEPTH, record->lanes, 0};
@@ -130,7 +130,7 @@ static status resolve(arrival *a, const step *step)
                        .accesses = a->accesses, .access_count = lanes ? 1 : 0};
         if (a->options.tiles && !a->options.tiles[tile])
             continue;
-        stamp.quads = stamp.quads_shaded = stamp.quads_passed = quads_of(&a->tiling, valid);
+        stamp.quads = stamp.quads_shaded = stamp.quads_passed = quads_of(a, valid);
         stamp.list_bytes = (uint32_t)(entry - first) * entry_bytes(a, step);
         stamp.kernel_slots = resolve_slots(a, tile);
         a->accesses[0] = (plane_access){a->plane_at[step->plane], ACCESS_COLOR, lanes, lanes};

@@ -16,7 +16,7 @@ static const uint32_t *contents(void *user, int plane, uint32_t tile)
     return arrival_plane(user, plane, tile);
 }
 
-static void describe_frame(arrival *a, const rop_limits *limits)
+static void describe_frame(arrival *a)
 {
     const tiling *t = &a->tiling;
     a->frame = (frame){.width = t->image_width, .height = t->image_height, .samples = t->samples, .tile_width = t->tile_width,
@@ -29,7 +29,6 @@ static void describe_frame(arrival *a, const rop_limits *limits)
         a->frame.plane_formats[i] = bound_plane_format(a->bound, i);
         a->frame.plane_bits[i] = format_table[a->frame.plane_formats[i]].bits;
     }
-    (void)limits;
 }
 
 // Depth formats that `list` steps compare with, without an instruction that says so.
@@ -127,7 +126,7 @@ status arrival_create(const program *program, const machine *machine, trace *tra
     if (status == STATUS_OK && options->region_pixels)
         status = order_frame(a);
     if (status == STATUS_OK)
-        describe_frame(a, &limits);
+        describe_frame(a);
     if (status == STATUS_OK)
         *result = a;
     else

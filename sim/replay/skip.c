@@ -1,7 +1,6 @@
 // Stamps that nobody looks at: those of a block are run together, as long as no sample occurs twice, since order matters to a
 // sample alone. They are run before the next stamp is looked at, and before the pass or the chunk ends.
 #include "arrival.h"
-#include "expand.h"
 
 #include <stdlib.h>
 

@@ -1,16 +1,9 @@
 // Lanes of a block in, quads and verdicts of depth tests out.
 #include "arrival.h"
 
-uint32_t quads_of(const tiling *t, uint64_t lanes)
+uint32_t quads_of(const arrival *a, uint64_t lanes)
 {
-    if (!lanes)
-        return 0;
-    // Samples of a pixel, then the pixel to the right, then the row below are folded onto one lane of each quad.
-    for (uint32_t step = 1; step < t->samples; step *= 2)
-        lanes |= lanes >> step;
-    lanes |= lanes >> t->samples;
-    lanes |= lanes >> (t->samples << t->shift_x);
-    return count_lanes(lanes & t->quad_corners);
+    return count_lanes(frame_quads(&a->frame, lanes));
 }
 
 static bool holds(compare_function function, uint32_t fragment, uint32_t stored)

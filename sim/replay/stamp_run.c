@@ -62,12 +62,12 @@ static uint32_t count_slots(const arrival *a, int kernel, const kernel_use *use,
 {
     int count;
     const instruction *code = bound_instructions(a->bound, kernel, &count);
-    const uint32_t guarded = (uint32_t)a->machine->kernel_guarded_slots, all = quads_of(&a->tiling, lanes);
+    const uint32_t guarded = (uint32_t)a->machine->kernel_guarded_slots, all = quads_of(a, lanes);
     uint32_t slots = 0;
     for (int i = 0; i < count; i++) {
         const lane_log *log = &a->log[i];
-        const uint32_t active = use->has_skip ? quads_of(&a->tiling, log->active) : all;
-        const uint32_t executed = log->executed == lanes ? all : quads_of(&a->tiling, log->executed);
+        const uint32_t active = use->has_skip ? quads_of(a, log->active) : all;
+        const uint32_t executed = log->executed == lanes ? all : quads_of(a, log->executed);
         slots += executed * (uint32_t)opcode_table[code[i].op].cycles + (active - executed) * guarded;
     }
     return slots;
@@ -81,8 +81,8 @@ static void describe(arrival *a, int kernel, const kernel_use *use, stamp *stamp
     if (a->options.early && use->early && !use->early_directly)
         stamp->shaded = stamp->passed;
     stamp->alive &= stamp->shaded;
-    stamp->quads_shaded = stamp->shaded == lanes ? stamp->quads : quads_of(&a->tiling, stamp->shaded);
-    stamp->quads_passed = stamp->passed == stamp->shaded ? stamp->quads_shaded : quads_of(&a->tiling, stamp->passed);
+    stamp->quads_shaded = stamp->shaded == lanes ? stamp->quads : quads_of(a, stamp->shaded);
+    stamp->quads_passed = stamp->passed == stamp->shaded ? stamp->quads_shaded : quads_of(a, stamp->passed);
     stamp->texture_reads = stamp->quads_shaded * (uint32_t)use->texture_planes;
     stamp->kernel_slots = use->free_kernel ? count_slots(a, kernel, use, lanes) : 0;
     describe_accesses(a, use, stamp);
@@ -115,7 +115,7 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
     stamp->lanes = stamp->shaded = lanes;
     stamp->draw = record ? record->draw : UINT32_MAX;
     stamp->accesses = a->accesses;
-    stamp->quads = quads_of(&a->tiling, lanes);
+    stamp->quads = quads_of(a, lanes);
     if (record && stamp_discarded(a, use, chunk, record)) {
         stamp->hierarchical = true;
         stamp->shaded = 0;
@@ -178,9 +178,9 @@ void stamp_cut(arrival *a, uint64_t lanes, stamp *stamp)
     stamp->alive &= lanes;
     stamp->passed &= lanes;
     const uint32_t all = stamp->quads;
-    stamp->quads = quads_of(&a->tiling, stamp->lanes);
-    stamp->quads_shaded = quads_of(&a->tiling, stamp->shaded);
-    stamp->quads_passed = quads_of(&a->tiling, stamp->passed);
+    stamp->quads = quads_of(a, stamp->lanes);
+    stamp->quads_shaded = quads_of(a, stamp->shaded);
+    stamp->quads_passed = quads_of(a, stamp->passed);
     // All lanes of an empty block do the same.
     stamp->kernel_slots = all ? stamp->kernel_slots / all * stamp->quads : 0;
     stamp->texture_reads = all ? stamp->texture_reads / all * stamp->quads_shaded : 0;
