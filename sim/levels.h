@@ -129,13 +129,17 @@ static inline uint32_t count_lanes(uint64_t lanes)
 }
 
 // The quads that lanes lie in, as a mask of each quad's first lane.
+static inline uint64_t quads_of_lanes(uint64_t lanes, uint32_t samples, uint32_t tile_width, uint64_t quad_corners)
+{
+    for (uint32_t step = 1; step < samples; step *= 2)
+        lanes |= lanes >> step;
+    lanes |= lanes >> samples;
+    lanes |= lanes >> (samples * tile_width);
+    return lanes & quad_corners;
+}
 static inline uint64_t frame_quads(const frame *frame, uint64_t lanes)
 {
-    for (uint32_t step = 1; step < frame->samples; step *= 2)
-        lanes |= lanes >> step;
-    lanes |= lanes >> frame->samples;
-    lanes |= lanes >> (frame->samples * frame->tile_width);
-    return lanes & frame->quad_corners;
+    return quads_of_lanes(lanes, frame->samples, frame->tile_width, frame->quad_corners);
 }
 
 // Sampling: what is done with a pass's stamps. A pass begins with its head, until the queues of

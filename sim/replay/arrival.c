@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STAMPS_AHEAD = 6 };  // whose planes are asked for before they are needed
+enum { STAMPS_AHEAD = 16 };  // whose planes are asked for before they are needed
 
 // ---- Passes --------------------------------------------------------------------------------------------
 
@@ -87,11 +87,11 @@ static status each_by_region(arrival *a, const step *step, stamp_body *body)
 static void prefetch(const arrival *a, const step *step, const stamp_record *record)
 {
     const kernel_use *use = &a->uses[step->kernel];
-    const int first = __builtin_ctzll(record->lanes);
-    for (int i = 0; i < use->access_count; i++) {
-        const uint32_t *plane = arrival_plane(a, a->plane_at[use->accesses[i].plane], record->tile) + first;
+    const uint32_t *lane = arrival_block(a, record->tile) + __builtin_ctzll(record->lanes);
+    for (int i = 0; i < use->plane_count; i++) {
+        const uint32_t *plane = lane + a->plan.plane_offset[a->plane_at[use->planes[i].plane]];
         __builtin_prefetch(plane);
-        for (int c = 1; use->accesses[i].unit == ACCESS_COLOR && c < 4; c++)
+        for (int c = 1; use->planes[i].color && c < 4; c++)
             __builtin_prefetch(plane + c * TILE_LANES);
     }
 }
@@ -118,7 +118,7 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
 static status draw_stamp(arrival *a, const step *step, const stamp_chunk *chunk, const stamp_record *record)
 {
     stamp stamp = {.begins_primitive = record->begins_primitive};
-    stamp_execute(a, step->kernel, chunk, record, record->tile, record->lanes, &stamp);
+    stamp_execute(a, step->kernel, chunk, record, &stamp);
     phases_fill(a, &stamp);
     return a->sink->stamp(a->sink->user, &stamp);
 }
@@ -171,7 +171,7 @@ static status fullscreen(arrival *a, const step *step)
         else if (empty)
             memcpy(a->empty_before, arrival_plane(a, 0, tile), a->plan.tile_words * sizeof(uint32_t));
         empty_done |= empty;
-        stamp_execute(a, step->kernel, NULL, NULL, tile, empty ? UINT64_MAX : lanes, &stamp);
+        block_execute(a, step->kernel, NULL, NULL, tile, empty ? UINT64_MAX : lanes, &stamp);
         if (empty && lanes != UINT64_MAX)
             stamp_cut(a, lanes, &stamp);
         status = tell(a, &stamp);

@@ -13,12 +13,17 @@ typedef struct kernel_access {
     access_unit unit;
     bool write;
     uint16_t instruction;
+    uint8_t group;                  // of all accesses to the plane by the unit
 } kernel_access;
+
+typedef struct kernel_plane { uint8_t plane; bool color; } kernel_plane;  // that a kernel reads or writes
 
 // What a kernel does, as far as a stamp's description needs it.
 typedef struct kernel_use {
-    kernel_access *accesses;
-    int access_count;
+    kernel_access *accesses;        // and one more behind them: what the depth test reads before the shader, if that is early
+    int access_count, group_count;
+    kernel_plane planes[PLANE_MAX];
+    int plane_count;
     int alive_at, passed_at;        // instruction whose outcome decides; -1: all
     bool free_kernel, has_skip;
     bool hierarchical, early, early_directly;  // directly: the depth test's outcome for discarded fragments is not in the log
@@ -54,6 +59,26 @@ typedef struct phase_plan {
 typedef struct skipped { uint32_t chunk, record, next; } skipped;
 typedef struct skipped_block { uint32_t first, last; uint64_t lanes; } skipped_block;
 
+// Several stamps that one dispatch ran (pack.c); those from record `next` up to `end` have not been taken out.
+typedef struct stamp_pack {
+    const stamp_chunk *chunk;
+    uint32_t next, end;
+    uint64_t pass;
+    int kernel;
+    uint32_t lane;                  // of the first fragment of `next`
+    uint64_t tested;                // lanes that passed an early test
+    uint32_t *at[TILE_LANES];       // each fragment's sample in its block's storage
+    uint32_t primitives[TILE_LANES];
+    tile_plane planes[PLANE_MAX];
+    uint32_t *words;                // that those lie in
+} stamp_pack;
+
+// A stamp's fragments among the lanes of the dispatch that ran it: its block's, or those of a pack.
+typedef struct dispatch_part {
+    uint64_t lanes;                 // of the block
+    uint32_t first, count;          // lanes of the pack; count 0: the dispatch's lanes are the block's
+} dispatch_part;
+
 typedef struct list_entry { uint64_t place, order; uint32_t code; float rgba[4]; } list_entry;
 
 struct arrival {
@@ -79,6 +104,7 @@ struct arrival {
     lane_log *log;
     uint32_t *lanes_of_columns;     // dense columns spread over lanes
     block_range *ranges;            // of each block
+    stamp_pack pack;
     const stamp_sink *sink;
     phase_plan plan_of_phases;
     skipped *skipped;
@@ -109,12 +135,44 @@ depth_range depth_range_of(const uint32_t *codes, uint32_t count);
 // Whether no fragment can pass, by their and the block's range.
 bool depth_range_fails(compare_function function, depth_range fragments, depth_range block);
 
-uint32_t *arrival_plane(const arrival *arrival, int storage, uint32_t tile);
+// What a block's planes hold; a plane lies at plan.plane_offset of its storage.
+static inline uint32_t *arrival_block(const arrival *a, uint32_t tile)
+{
+    const uint32_t number = a->storage_of_tile[tile];
+    return number == UINT32_MAX ? a->empty_storage : a->storage + (size_t)number * a->plan.tile_words;
+}
+static inline uint32_t *arrival_plane(const arrival *a, int storage, uint32_t tile)
+{
+    return arrival_block(a, tile) + a->plan.plane_offset[storage];
+}
 // Whether hierarchical depth discards a stamp: then its kernel would change nothing (stamp_run.c). What was passed over and not
 // run yet can only narrow the block's range further, so a stamp that fails now would fail then.
 bool stamp_discarded(arrival *arrival, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record);
-// Runs the kernel on the lanes of a block and describes what it did; `record` NULL: a full-screen pass (stamp_run.c).
-void stamp_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
+// A pack (pack.c): begins one with this record, unless that would be one stamp alone (false); takes out the stamp that comes next: writes
+// to its block what it wrote. pack_has: whether the record is next.
+bool pack_begin(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record);
+bool pack_has(const arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record);
+dispatch_part pack_take(arrival *arrival, const kernel_use *use, const stamp_record *record);
+void pack_pass_over(arrival *arrival, const stamp_record *record);  // it is next, and was discarded
+// The lanes of a mask that belong to a part, as lanes of its block.
+static inline uint64_t part_mask(const dispatch_part *part, uint64_t mask)
+{
+    if (!part->count)
+        return mask & part->lanes;
+    const uint64_t all = UINT64_MAX >> (TILE_LANES - part->count);
+    mask = mask >> part->first & all;
+    if (!mask || mask == all)
+        return mask ? part->lanes : 0;
+    uint64_t found = 0;
+    for (uint64_t left = part->lanes; mask; left &= left - 1, mask >>= 1)
+        found |= mask & 1 ? left & -left : 0;
+    return found;
+}
+
+// Runs the kernel on a stamp's fragments, maybe together with those that follow, and describes what it did (stamp_run.c).
+void stamp_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record, stamp *stamp);
+// The same on the lanes of a block alone; `record` NULL: a full-screen pass.
+void block_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
                    uint64_t lanes, stamp *stamp);
 // Runs stamps that were passed over, from number `first` on, as one; describes which planes they read and wrote alone.
 void stamp_execute_merged(arrival *arrival, int kernel, uint32_t first, uint32_t tile, uint64_t lanes, stamp *stamp);

@@ -70,8 +70,13 @@ static status make_planes(arrival *a)
     a->ranges = calloc(tiles, sizeof *a->ranges);
     a->counts = calloc((size_t)a->plan.count_total + 1, sizeof *a->counts);
     a->log = calloc(2 * WORD_MAX, sizeof *a->log);
+    a->pack.words = aligned_alloc(64, tile_bytes ? tile_bytes : 64);
+    for (int i = 0; i < a->program->plane_count; i++)
+        a->pack.planes[i] = a->pack.words + a->plan.plane_offset[i];
     a->lanes_of_columns = aligned_alloc(64, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
-    const bool good = a->storage && a->empty_storage && a->empty_before && a->ranges && a->counts && a->log && a->lanes_of_columns;
+    const bool good = a->storage && a->empty_storage && a->empty_before && a->ranges && a->counts && a->log && a->pack.words && a->lanes_of_columns;
+    if (good)
+        memset(a->pack.words, 0, tile_bytes);
     if (good)
         memset(a->lanes_of_columns, 0, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
     return good ? STATUS_OK : refuse_memory(a);
@@ -150,6 +155,7 @@ void arrival_destroy(arrival *a)
     free(a->counts);
     free(a->log);
     free(a->lanes_of_columns);
+    free(a->pack.words);
     free(a->entries);
     free(a->ranges);
     free(a->skipped);

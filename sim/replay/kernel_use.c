@@ -73,6 +73,23 @@ static void find_verdicts(const bound_program *bound, int k, const instruction *
     }
 }
 
+static void note_plane(uint8_t plane, bool color, kernel_use *use)
+{
+    for (int i = 0; i < use->plane_count; i++)
+        if (use->planes[i].plane == plane)
+            return;
+    use->planes[use->plane_count++] = (kernel_plane){plane, color};
+}
+
+// That of an earlier access to the plane by the unit, or a new one.
+static uint8_t group_of(uint8_t plane, access_unit unit, kernel_use *use)
+{
+    for (int i = 0; i < use->access_count; i++)
+        if (use->accesses[i].plane == plane && use->accesses[i].unit == unit)
+            return use->accesses[i].group;
+    return (uint8_t)use->group_count++;
+}
+
 static void find_accesses(const bound_program *bound, const instruction *code, int count, kernel_use *use)
 {
     for (int i = 0; i < count; i++) {
@@ -82,7 +99,9 @@ static void find_accesses(const bound_program *bound, const instruction *code, i
         const uint8_t plane = op == OP_st ? code[i].d : code[i].a;
         const bool color = format_table[bound_plane_format(bound, plane)].class == FORMAT_CLASS_COLOR;
         const access_unit unit = op == OP_tex ? ACCESS_TEXTURE : color ? ACCESS_COLOR : ACCESS_DEPTH;
-        use->accesses[use->access_count++] = (kernel_access){plane, unit, op == OP_st, (uint16_t)i};
+        note_plane(plane, color, use);
+        const kernel_access access = {plane, unit, op == OP_st, (uint16_t)i, group_of(plane, unit, use)};
+        use->accesses[use->access_count++] = access;
         use->texture_planes += op == OP_tex;
     }
 }
@@ -135,6 +154,10 @@ status kernel_use_find(const program *program, const bound_program *bound, const
         if (kernel->is_pass)
             find_verdicts(bound, k, code, count, use);
         find_tests(kernel, use);
+        if (use->depth_plane >= 0) {
+            const uint8_t plane = (uint8_t)use->depth_plane;
+            use->accesses[use->access_count] = (kernel_access){plane, ACCESS_DEPTH, false, 0, group_of(plane, ACCESS_DEPTH, use)};
+        }
         find_sources(code, count, machine->depth_format, use);
         use->shader_operations = shader_operations(bound, k, code, count, kernel->is_pass, use, machine);
     }

@@ -64,7 +64,7 @@ status skip_run_tile(arrival *a, const step *step, uint32_t tile)
     block->lanes = 0;
     const skipped *first = &a->skipped[block->first];
     if (first->next == NOTHING) {
-        stamp_execute(a, step->kernel, &a->stamps.chunks[first->chunk], record_of(a, first), tile, lanes, &stamp);
+        block_execute(a, step->kernel, &a->stamps.chunks[first->chunk], record_of(a, first), tile, lanes, &stamp);
     } else {
         stamp_execute_merged(a, step->kernel, block->first, tile, lanes, &stamp);
     }

@@ -4,13 +4,6 @@
 
 #include <string.h>
 
-uint32_t *arrival_plane(const arrival *a, int storage, uint32_t tile)
-{
-    const uint32_t number = a->storage_of_tile[tile];
-    uint32_t *base = number == UINT32_MAX ? a->empty_storage : a->storage + (size_t)number * a->plan.tile_words;
-    return base + a->plan.plane_offset[storage];
-}
-
 // The fragments of a stamp as lanes, of the columns that the kernel looks at; a full block is used where it lies.
 static void spread(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record, batch *batch)
 {
@@ -34,60 +27,70 @@ static void spread(arrival *a, const kernel_use *use, const stamp_chunk *chunk, 
     batch->primitive = next;
 }
 
-// Accesses of one plane by one unit become one.
-static void add_access(arrival *a, stamp *stamp, uint8_t plane, access_unit unit, uint64_t read, uint64_t written)
+// Accesses of one plane by one unit become one, at the place of the first that any lane makes.
+static void describe_accesses(arrival *a, const kernel_use *use, const dispatch_part *part, bool test, stamp *stamp)
 {
-    if (!read && !written)
-        return;
-    for (int i = 0; i < stamp->access_count; i++) {
-        if (a->accesses[i].plane == plane && a->accesses[i].unit == unit) {
-            a->accesses[i].read |= read;
-            a->accesses[i].written |= written;
-            return;
+    plane_access *groups[PLANE_MAX * ACCESS_UNITS];
+    plane_access *next = a->accesses;
+    for (int g = 0; g < use->group_count; g++)
+        groups[g] = NULL;
+    for (int i = 0; i < use->access_count + test; i++) {
+        const kernel_access *access = &use->accesses[i];  // behind the last one: what an early test reads
+        uint64_t lanes = i < use->access_count ? part_mask(part, a->log[access->instruction].executed) : stamp->lanes;
+        if (access->unit == ACCESS_TEXTURE)
+            lanes &= stamp->shaded;
+        if (!lanes)
+            continue;
+        if (!groups[access->group]) {
+            *next = (plane_access){a->plane_at[access->plane], access->unit, 0, 0};
+            groups[access->group] = next++;
         }
+        *(access->write ? &groups[access->group]->written : &groups[access->group]->read) |= lanes;
+        if (access->write && access->plane == use->depth_plane)
+            a->ranges[stamp->tile].pass = 0;  // it may be another now
     }
-    a->accesses[stamp->access_count++] = (plane_access){plane, unit, read, written};
+    stamp->access_count = (int)(next - a->accesses);
 }
 
-static void describe_accesses(arrival *a, const kernel_use *use, stamp *stamp)
+// Most instructions run on the lanes that the one before them ran on.
+typedef struct quad_count { uint64_t mask; uint32_t quads; } quad_count;
+
+static uint32_t quads_run(const arrival *a, const dispatch_part *part, uint64_t mask, quad_count *last)
 {
-    for (int i = 0; i < use->access_count; i++) {
-        const kernel_access *access = &use->accesses[i];
-        const uint64_t lanes = a->log[access->instruction].executed & (access->unit == ACCESS_TEXTURE ? stamp->shaded : UINT64_MAX);
-        add_access(a, stamp, a->plane_at[access->plane], access->unit, access->write ? 0 : lanes, access->write ? lanes : 0);
-    }
+    if (mask != last->mask)
+        *last = (quad_count){mask, quads_of(a, part_mask(part, mask))};
+    return last->quads;
 }
 
-static uint32_t count_slots(const arrival *a, int kernel, const kernel_use *use, uint64_t lanes)
+static uint32_t count_slots(const arrival *a, int kernel, const kernel_use *use, const dispatch_part *part, uint32_t all)
 {
     int count;
     const instruction *code = bound_instructions(a->bound, kernel, &count);
-    const uint32_t guarded = (uint32_t)a->machine->kernel_guarded_slots, all = quads_of(a, lanes);
+    const uint32_t guarded = (uint32_t)a->machine->kernel_guarded_slots;
+    quad_count last_active = {0}, last_executed = {0};
     uint32_t slots = 0;
     for (int i = 0; i < count; i++) {
         const lane_log *log = &a->log[i];
-        const uint32_t active = use->has_skip ? quads_of(a, log->active) : all;
-        const uint32_t executed = log->executed == lanes ? all : quads_of(a, log->executed);
+        const uint32_t active = use->has_skip ? quads_run(a, part, log->active, &last_active) : all;
+        const uint32_t executed = quads_run(a, part, log->executed, &last_executed);
         slots += executed * (uint32_t)opcode_table[code[i].op].cycles + (active - executed) * guarded;
     }
     return slots;
 }
 
-static void describe(arrival *a, int kernel, const kernel_use *use, stamp *stamp)
+static void describe(arrival *a, int kernel, const kernel_use *use, const dispatch_part *part, stamp *stamp)
 {
     const uint64_t lanes = stamp->lanes;
-    stamp->alive = use->alive_at < 0 ? lanes : a->log[use->alive_at].outcome & lanes;
-    stamp->passed = use->passed_at < 0 ? stamp->alive : a->log[use->passed_at].outcome & lanes;
+    stamp->alive = use->alive_at < 0 ? lanes : part_mask(part, a->log[use->alive_at].outcome);
+    stamp->passed = use->passed_at < 0 ? stamp->alive : part_mask(part, a->log[use->passed_at].outcome);
     if (a->options.early && use->early && !use->early_directly)
         stamp->shaded = stamp->passed;
     stamp->alive &= stamp->shaded;
     stamp->quads_shaded = stamp->shaded == lanes ? stamp->quads : quads_of(a, stamp->shaded);
     stamp->quads_passed = stamp->passed == stamp->shaded ? stamp->quads_shaded : quads_of(a, stamp->passed);
     stamp->texture_reads = stamp->quads_shaded * (uint32_t)use->texture_planes;
-    stamp->kernel_slots = use->free_kernel ? count_slots(a, kernel, use, lanes) : 0;
-    describe_accesses(a, use, stamp);
-    if (a->options.early && use->early_directly && use->early)  // which reads depth for what the shader discards later, too
-        add_access(a, stamp, a->plane_at[use->depth_plane], ACCESS_DEPTH, lanes, 0);
+    stamp->kernel_slots = use->free_kernel ? count_slots(a, kernel, use, part, stamp->quads) : 0;
+    describe_accesses(a, use, part, a->options.early && use->early_directly && use->early, stamp);
 }
 
 bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record)
@@ -104,23 +107,43 @@ bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk
     return depth_range_fails(use->depth_function, range, block->range);
 }
 
-void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
-                   uint64_t lanes, stamp *stamp)
+static void start(arrival *a, const stamp_record *record, uint32_t tile, uint64_t lanes, stamp *stamp)
 {
-    const kernel_use *use = &a->uses[kernel];
-    const bool tests = record && use->depth_plane >= 0;
-    tile_plane planes[PLANE_MAX];
-    batch batch = {.lanes = lanes, .log = a->log};
     stamp->tile = tile;
     stamp->lanes = stamp->shaded = lanes;
     stamp->draw = record ? record->draw : UINT32_MAX;
     stamp->accesses = a->accesses;
-    stamp->quads = quads_of(a, lanes);
-    if (record && stamp_discarded(a, use, chunk, record)) {
+    stamp->quads = record ? record->quads : quads_of(a, lanes);
+}
+
+void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, stamp *stamp)
+{
+    const kernel_use *use = &a->uses[kernel];
+    const bool packed = pack_has(a, kernel, chunk, record);
+    if (stamp_discarded(a, use, chunk, record)) {
+        start(a, record, record->tile, record->lanes, stamp);
         stamp->hierarchical = true;
         stamp->shaded = 0;
-        return;
+        if (packed)
+            pack_pass_over(a, record);
+    } else if (packed || pack_begin(a, kernel, chunk, record)) {
+        const dispatch_part part = pack_take(a, use, record);
+        start(a, record, record->tile, record->lanes, stamp);
+        stamp->shaded = part_mask(&part, a->pack.tested);
+        describe(a, kernel, use, &part, stamp);
+    } else {
+        block_execute(a, kernel, chunk, record, record->tile, record->lanes, stamp);
     }
+}
+
+void block_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile, uint64_t lanes, stamp *stamp)
+{
+    const kernel_use *use = &a->uses[kernel];
+    const bool tests = record && use->depth_plane >= 0;
+    const dispatch_part part = {.lanes = lanes};
+    tile_plane planes[PLANE_MAX];
+    batch batch = {.lanes = lanes, .log = a->log};
+    start(a, record, tile, lanes, stamp);
     for (int i = 0; i < a->program->plane_count; i++)
         planes[i] = arrival_plane(a, a->plane_at[i], tile);
     if (record)
@@ -129,9 +152,7 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
         stamp->shaded = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
                                          planes[use->depth_plane], lanes);
     a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
-    if (use->depth_write)
-        a->ranges[tile].pass = 0;  // it may be another now
-    describe(a, kernel, use, stamp);
+    describe(a, kernel, use, &part, stamp);
 }
 
 // The columns of several stamps, over lanes of their own.
@@ -165,10 +186,8 @@ void stamp_execute_merged(arrival *a, int kernel, uint32_t first, uint32_t tile,
         planes[i] = arrival_plane(a, a->plane_at[i], tile);
     spread_merged(a, use, first, &batch);
     a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
-    if (use->depth_write)
-        a->ranges[tile].pass = 0;
     *stamp = (struct stamp){.tile = tile, .lanes = lanes, .shaded = lanes, .draw = UINT32_MAX, .accesses = a->accesses};
-    describe_accesses(a, use, stamp);
+    describe_accesses(a, use, &(dispatch_part){.lanes = lanes}, false, stamp);
 }
 
 void stamp_cut(arrival *a, uint64_t lanes, stamp *stamp)

@@ -4,12 +4,17 @@
 // blocks: within one primitive no sample occurs twice, so that changes no sample's order. Where one does (in traces written
 // by hand), the second counts as another primitive. If all chunks fit the budget they stay; else the trace is read anew for
 // each pass. Both give the same stamps, since a chunk ends between primitives alone.
+//
+// Stamps of one draw that follow each other and share no sample are a pack, as long as all their fragments find room in a block's
+// lanes: one dispatch can run them.
 #include "stamps.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { CHUNK_FRAGMENTS = 1 << 20 };
+
+typedef struct packed_block { uint64_t pack, lanes; } packed_block;
 
 // The primitive being read.
 typedef struct stamp_pending {
@@ -26,6 +31,9 @@ typedef struct stamp_pending {
     uint64_t *offsets;        // of each stamp
     uint32_t *regions_seen;   // of each region: stamp of the primitive that was counted there last
     uint32_t primitive_number;
+    packed_block *packed;     // of each block: what the pack at hand has of it
+    uint64_t pack;            // its number
+    uint32_t pack_fragments, pack_draw;
 } stamp_pending;
 
 static status refuse_memory(const report *report)
@@ -102,13 +110,36 @@ static uint64_t chunk_bytes(const stamp_request *request, const stamp_chunk *chu
     return chunk->fragment_capacity * each + chunk->capacity * sizeof *chunk->records;
 }
 
-static void put_records(const stamp_pending *p, stamp_chunk *chunk)
+// Puts the stamp into the pack at hand, or begins one with it.
+static void pack_record(stamp_pending *p, bool first, stamp_record *record)
 {
+    packed_block *block = &p->packed[record->tile];
+    const bool shares = block->pack == p->pack && (block->lanes & record->lanes);
+    if (first || shares || record->draw != p->pack_draw || p->pack_fragments + record->fragments > TILE_LANES) {
+        p->pack++;
+        p->pack_fragments = 0;
+        p->pack_draw = record->draw;
+    }
+    if (block->pack != p->pack)
+        *block = (packed_block){p->pack, 0};
+    block->lanes |= record->lanes;
+    record->place = (uint8_t)p->pack_fragments;
+    p->pack_fragments += record->fragments;
+}
+
+static void put_records(const stamps *s, stamp_pending *p, stamp_chunk *chunk)
+{
+    const tiling *t = s->tiling;
     uint64_t offset = chunk->fragment_count;
     for (uint32_t i = 0; i < p->tile_count; i++) {
+        stamp_record *record = &chunk->records[chunk->count];
         p->offsets[i] = offset;
-        chunk->records[chunk->count++] = (stamp_record){p->lanes[i], offset, p->tiles[i], p->primitive, p->draw, i == 0, UINT32_MAX, 0};
-        offset += count_lanes(p->lanes[i]);
+        *record = (stamp_record){.lanes = p->lanes[i], .offset = offset, .tile = p->tiles[i], .primitive = p->primitive, .draw = p->draw,
+                                 .begins_primitive = i == 0, .nearest = UINT32_MAX,
+                                 .fragments = (uint8_t)count_lanes(p->lanes[i]), .quads = (uint8_t)count_lanes(quads_of_lanes(p->lanes[i], t->samples, t->tile_width, t->quad_corners))};
+        pack_record(p, !chunk->count, record);
+        chunk->count++;
+        offset += record->fragments;
     }
     chunk->fragment_count = offset;
 }
@@ -152,7 +183,7 @@ static bool end_primitive(stamps *s, stamp_chunk *chunk, bool counting)
         return true;
     if (!chunk_reserve(&s->request, chunk, p->count, p->tile_count))
         return false;
-    put_records(p, chunk);
+    put_records(s, p, chunk);
     put_fragments(s, p, chunk);
     if (counting) {
         s->primitives[p->draw]++;
@@ -315,7 +346,8 @@ status stamps_make(trace *trace, const tiling *tiling, const stamp_request *requ
         return refuse_memory(report);
     s->pending->stamp_of_tile = calloc(tiling->tile_count, sizeof *s->pending->stamp_of_tile);
     s->pending->regions_seen = calloc((size_t)region_count(s) + 1, sizeof *s->pending->regions_seen);
-    if (!s->pending->stamp_of_tile || !s->pending->regions_seen)
+    s->pending->packed = calloc(tiling->tile_count, sizeof *s->pending->packed);
+    if (!s->pending->stamp_of_tile || !s->pending->regions_seen || !s->pending->packed)
         return refuse_memory(report);
     const status status = read_all(s);
     return status == STATUS_OK && request->region_pixels ? sort_by_region(s) : status;
@@ -338,6 +370,7 @@ void stamps_free(stamps *s)
         free(s->pending->depth);
         free(s->pending->rgba);
         free(s->pending->regions_seen);
+        free(s->pending->packed);
     }
     free(s->pending);
     *s = (stamps){0};

@@ -11,6 +11,8 @@ typedef struct stamp_record {
     uint32_t tile, primitive;
     uint32_t draw;
     bool begins_primitive;
+    uint8_t fragments, quads;
+    uint8_t place;          // of its first fragment in its pack (pack.c); 0: begins a pack
     uint32_t nearest, farthest;  // code of its fragments' depths, in stamp_request.range_format
 } stamp_record;
 

@@ -1,0 +1,117 @@
+// Stamps of a few fragments in, one dispatch for many of them.
+//
+// A dispatch costs much the same for three lanes as for sixty-four, and a mesh of small triangles has three fragments a stamp.
+// So stamps that follow each other and share no sample run together, as lanes side by side over planes gathered from their
+// blocks; their columns lie side by side already. None of them can see what another one wrote. What each wrote goes to its
+// block when the stamp's own turn comes: until then nobody sees that it ran, and if its turn never comes, it did not.
+#include "arrival.h"
+
+bool pack_has(const arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record)
+{
+    const stamp_pack *p = &a->pack;
+    return p->next < p->end && p->chunk == chunk && record == &chunk->records[p->next] && p->kernel == kernel && p->pass == a->passes_begun;
+}
+
+// Finds each fragment's sample; returns how many there are.
+static uint32_t find_samples(arrival *a, const stamp_chunk *chunk, uint32_t first, uint32_t end)
+{
+    uint32_t count = 0;
+    for (uint32_t r = first; r < end; r++) {
+        const stamp_record *record = &chunk->records[r];
+        uint32_t *base = arrival_block(a, record->tile);
+        for (uint64_t left = record->lanes; left; left &= left - 1)
+            a->pack.at[count++] = base + __builtin_ctzll(left);
+    }
+    return count;
+}
+
+static void gather(const arrival *a, const kernel_plane *plane, uint32_t count)
+{
+    const stamp_pack *p = &a->pack;
+    const uint32_t from = a->plan.plane_offset[a->plane_at[plane->plane]];
+    uint32_t *to = p->planes[plane->plane];
+    for (uint32_t i = 0; i < count; i++)
+        to[i] = p->at[i][from];
+    for (uint32_t i = 0; plane->color && i < count; i++)
+        for (uint32_t c = 1; c < 4; c++)
+            to[c * TILE_LANES + i] = p->at[i][from + c * TILE_LANES];
+}
+
+// Writes the fragments of these lanes to where they belong.
+static void scatter(const arrival *a, uint8_t plane, bool color, uint64_t lanes)
+{
+    const stamp_pack *p = &a->pack;
+    const uint32_t to = a->plan.plane_offset[a->plane_at[plane]];
+    const uint32_t *from = p->planes[plane];
+    for (; lanes; lanes &= lanes - 1) {
+        const int i = __builtin_ctzll(lanes);
+        for (uint32_t c = 0; c < (color ? 4 : 1); c++)
+            p->at[i][to + c * TILE_LANES] = from[c * TILE_LANES + (uint32_t)i];
+    }
+}
+
+// One past the last record that is of the same pack.
+static uint32_t pack_end(const stamp_chunk *chunk, uint32_t first)
+{
+    uint32_t end = first + 1;
+    while (end < chunk->count && chunk->records[end].place)
+        end++;
+    return end;
+}
+
+static void fill_primitives(stamp_pack *p, const stamp_record *first, const stamp_record *end)
+{
+    uint32_t *to = p->primitives;
+    for (const stamp_record *record = first; record < end; record++)
+        for (uint32_t i = 0; i < record->fragments; i++)
+            *to++ = record->primitive;
+}
+
+bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record)
+{
+    const kernel_use *use = &a->uses[kernel];
+    stamp_pack *p = &a->pack;
+    const uint32_t first = (uint32_t)(record - chunk->records), end = pack_end(chunk, first);
+    p->end = 0;
+    if (end - first < 2 || a->options.region_pixels)  // by region, others come in between
+        return false;
+    const uint32_t count = find_samples(a, chunk, first, end);
+    for (int i = 0; i < use->plane_count; i++)
+        gather(a, &use->planes[i], count);
+    batch batch = {.lanes = UINT64_MAX >> (TILE_LANES - count), .log = a->log, .primitive = p->primitives};
+    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1)
+        batch.depth[__builtin_ctz(formats)] = chunk->codes[__builtin_ctz(formats)] + record->offset;
+    for (int c = 0; use->color && c < 4; c++)
+        batch.rgba[c] = chunk->rgba[c] + record->offset;
+    if (use->primitive)
+        fill_primitives(p, record, chunk->records + end);
+    p->tested = batch.lanes;
+    if (a->options.early && use->early && use->early_directly)
+        p->tested = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
+                                     p->planes[use->depth_plane], batch.lanes);
+    a->execute(a->bound, kernel, p->planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    p->chunk = chunk;
+    p->next = first;
+    p->end = end;
+    p->kernel = kernel;
+    p->pass = a->passes_begun;
+    p->lane = 0;
+    return true;
+}
+
+void pack_pass_over(arrival *a, const stamp_record *record)
+{
+    a->pack.next++;
+    a->pack.lane += record->fragments;
+}
+
+dispatch_part pack_take(arrival *a, const kernel_use *use, const stamp_record *record)
+{
+    const dispatch_part part = {record->lanes, a->pack.lane, record->fragments};
+    const uint64_t own = (UINT64_MAX >> (TILE_LANES - part.count)) << part.first;
+    for (int i = 0; i < use->access_count; i++)
+        if (use->accesses[i].write)
+            scatter(a, use->accesses[i].plane, use->accesses[i].unit == ACCESS_COLOR, a->log[use->accesses[i].instruction].executed & own);
+    pack_pass_over(a, record);
+    return part;
+}
