@@ -73,6 +73,16 @@ typedef struct stamp_pack {
     uint32_t *words;                // that those lie in
 } stamp_pack;
 
+// What a dispatch did (dispatch.c): accesses that any lane made, in their order, without those that add nothing to earlier ones;
+// and what each quad with one of so many lanes takes of a kernel's issue slots.
+typedef struct access_lanes { const kernel_access *access; uint64_t lanes; } access_lanes;
+typedef struct slot_lanes { uint64_t lanes; int32_t slots; } slot_lanes;
+typedef struct dispatch_sum {
+    int access_count, slot_count;   // slots: of free kernels alone
+    access_lanes accesses[WORD_MAX];
+    slot_lanes slots[2 * WORD_MAX];
+} dispatch_sum;
+
 // A stamp's fragments among the lanes of the dispatch that ran it: its block's, or those of a pack.
 typedef struct dispatch_part {
     uint64_t lanes;                 // of the block
@@ -101,7 +111,8 @@ struct arrival {
     uint32_t *storage_of_tile;      // number of its storage; UINT32_MAX: the empty one
     uint8_t plane_at[PLANE_MAX];    // storage that holds plane i's contents
     uint64_t *counts;               // of instructions, not looked at
-    lane_log *log;
+    lane_log *log;                  // of the last dispatch
+    dispatch_sum sum;
     uint32_t *lanes_of_columns;     // dense columns spread over lanes
     block_range *ranges;            // of each block
     stamp_pack pack;
@@ -148,11 +159,13 @@ static inline uint32_t *arrival_plane(const arrival *a, int storage, uint32_t ti
 // Whether hierarchical depth discards a stamp: then its kernel would change nothing (stamp_run.c). What was passed over and not
 // run yet can only narrow the block's range further, so a stamp that fails now would fail then.
 bool stamp_discarded(arrival *arrival, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record);
+// Runs the kernel and sums up its log (dispatch.c).
+void dispatch_run(arrival *arrival, int kernel, const tile_plane *planes, const batch *batch);
 // A pack (pack.c): begins one with this record, unless that would be one stamp alone (false); takes out the stamp that comes next: writes
 // to its block what it wrote. pack_has: whether the record is next.
 bool pack_begin(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record);
 bool pack_has(const arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record);
-dispatch_part pack_take(arrival *arrival, const kernel_use *use, const stamp_record *record);
+dispatch_part pack_take(arrival *arrival, const stamp_record *record);
 void pack_pass_over(arrival *arrival, const stamp_record *record);  // it is next, and was discarded
 // The lanes of a mask that belong to a part, as lanes of its block.
 static inline uint64_t part_mask(const dispatch_part *part, uint64_t mask)

@@ -89,7 +89,7 @@ bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_re
     if (a->options.early && use->early && use->early_directly)
         p->tested = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
                                      p->planes[use->depth_plane], batch.lanes);
-    a->execute(a->bound, kernel, p->planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    dispatch_run(a, kernel, p->planes, &batch);
     p->chunk = chunk;
     p->next = first;
     p->end = end;
@@ -105,13 +105,15 @@ void pack_pass_over(arrival *a, const stamp_record *record)
     a->pack.lane += record->fragments;
 }
 
-dispatch_part pack_take(arrival *a, const kernel_use *use, const stamp_record *record)
+dispatch_part pack_take(arrival *a, const stamp_record *record)
 {
     const dispatch_part part = {record->lanes, a->pack.lane, record->fragments};
     const uint64_t own = (UINT64_MAX >> (TILE_LANES - part.count)) << part.first;
-    for (int i = 0; i < use->access_count; i++)
-        if (use->accesses[i].write)
-            scatter(a, use->accesses[i].plane, use->accesses[i].unit == ACCESS_COLOR, a->log[use->accesses[i].instruction].executed & own);
+    for (int i = 0; i < a->sum.access_count; i++) {
+        const access_lanes *done = &a->sum.accesses[i];
+        if (done->access->write && (done->lanes & own))
+            scatter(a, done->access->plane, done->access->unit == ACCESS_COLOR, done->lanes & own);
+    }
     pack_pass_over(a, record);
     return part;
 }

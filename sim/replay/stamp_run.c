@@ -30,13 +30,16 @@ static void spread(arrival *a, const kernel_use *use, const stamp_chunk *chunk, 
 // Accesses of one plane by one unit become one, at the place of the first that any lane makes.
 static void describe_accesses(arrival *a, const kernel_use *use, const dispatch_part *part, bool test, stamp *stamp)
 {
+    const access_lanes early = {&use->accesses[use->access_count], 0};
     plane_access *groups[PLANE_MAX * ACCESS_UNITS];
     plane_access *next = a->accesses;
     for (int g = 0; g < use->group_count; g++)
         groups[g] = NULL;
-    for (int i = 0; i < use->access_count + test; i++) {
-        const kernel_access *access = &use->accesses[i];  // behind the last one: what an early test reads
-        uint64_t lanes = i < use->access_count ? part_mask(part, a->log[access->instruction].executed) : stamp->lanes;
+    for (int i = 0; i < a->sum.access_count + test; i++) {
+        const bool last = i == a->sum.access_count;  // an early test reads depth for what the shader discards later, too
+        const access_lanes *done = last ? &early : &a->sum.accesses[i];
+        const kernel_access *access = done->access;
+        uint64_t lanes = last ? stamp->lanes : part_mask(part, done->lanes);
         if (access->unit == ACCESS_TEXTURE)
             lanes &= stamp->shaded;
         if (!lanes)
@@ -52,33 +55,18 @@ static void describe_accesses(arrival *a, const kernel_use *use, const dispatch_
     stamp->access_count = (int)(next - a->accesses);
 }
 
-// Most instructions run on the lanes that the one before them ran on.
-typedef struct quad_count { uint64_t mask; uint32_t quads; } quad_count;
-
-static uint32_t quads_run(const arrival *a, const dispatch_part *part, uint64_t mask, quad_count *last)
+static uint32_t count_slots(const arrival *a, const dispatch_part *part, uint32_t all)
 {
-    if (mask != last->mask)
-        *last = (quad_count){mask, quads_of(a, part_mask(part, mask))};
-    return last->quads;
-}
-
-static uint32_t count_slots(const arrival *a, int kernel, const kernel_use *use, const dispatch_part *part, uint32_t all)
-{
-    int count;
-    const instruction *code = bound_instructions(a->bound, kernel, &count);
-    const uint32_t guarded = (uint32_t)a->machine->kernel_guarded_slots;
-    quad_count last_active = {0}, last_executed = {0};
-    uint32_t slots = 0;
-    for (int i = 0; i < count; i++) {
-        const lane_log *log = &a->log[i];
-        const uint32_t active = use->has_skip ? quads_run(a, part, log->active, &last_active) : all;
-        const uint32_t executed = quads_run(a, part, log->executed, &last_executed);
-        slots += executed * (uint32_t)opcode_table[code[i].op].cycles + (active - executed) * guarded;
+    int32_t slots = 0;
+    for (int i = 0; i < a->sum.slot_count; i++) {
+        const uint64_t lanes = part_mask(part, a->sum.slots[i].lanes);
+        const uint32_t quads = lanes == part->lanes ? all : quads_of(a, lanes);
+        slots += (int32_t)quads * a->sum.slots[i].slots;
     }
-    return slots;
+    return (uint32_t)slots;
 }
 
-static void describe(arrival *a, int kernel, const kernel_use *use, const dispatch_part *part, stamp *stamp)
+static void describe(arrival *a, const kernel_use *use, const dispatch_part *part, stamp *stamp)
 {
     const uint64_t lanes = stamp->lanes;
     stamp->alive = use->alive_at < 0 ? lanes : part_mask(part, a->log[use->alive_at].outcome);
@@ -89,7 +77,7 @@ static void describe(arrival *a, int kernel, const kernel_use *use, const dispat
     stamp->quads_shaded = stamp->shaded == lanes ? stamp->quads : quads_of(a, stamp->shaded);
     stamp->quads_passed = stamp->passed == stamp->shaded ? stamp->quads_shaded : quads_of(a, stamp->passed);
     stamp->texture_reads = stamp->quads_shaded * (uint32_t)use->texture_planes;
-    stamp->kernel_slots = use->free_kernel ? count_slots(a, kernel, use, part, stamp->quads) : 0;
+    stamp->kernel_slots = use->free_kernel ? count_slots(a, part, stamp->quads) : 0;
     describe_accesses(a, use, part, a->options.early && use->early_directly && use->early, stamp);
 }
 
@@ -127,10 +115,10 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
         if (packed)
             pack_pass_over(a, record);
     } else if (packed || pack_begin(a, kernel, chunk, record)) {
-        const dispatch_part part = pack_take(a, use, record);
+        const dispatch_part part = pack_take(a, record);
         start(a, record, record->tile, record->lanes, stamp);
         stamp->shaded = part_mask(&part, a->pack.tested);
-        describe(a, kernel, use, &part, stamp);
+        describe(a, use, &part, stamp);
     } else {
         block_execute(a, kernel, chunk, record, record->tile, record->lanes, stamp);
     }
@@ -151,8 +139,8 @@ void block_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
     if (tests && a->options.early && use->early && use->early_directly)
         stamp->shaded = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
                                          planes[use->depth_plane], lanes);
-    a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
-    describe(a, kernel, use, &part, stamp);
+    dispatch_run(a, kernel, planes, &batch);
+    describe(a, use, &part, stamp);
 }
 
 // The columns of several stamps, over lanes of their own.
@@ -185,7 +173,7 @@ void stamp_execute_merged(arrival *a, int kernel, uint32_t first, uint32_t tile,
     for (int i = 0; i < a->program->plane_count; i++)
         planes[i] = arrival_plane(a, a->plane_at[i], tile);
     spread_merged(a, use, first, &batch);
-    a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    dispatch_run(a, kernel, planes, &batch);
     *stamp = (struct stamp){.tile = tile, .lanes = lanes, .shaded = lanes, .draw = UINT32_MAX, .accesses = a->accesses};
     describe_accesses(a, use, &(dispatch_part){.lanes = lanes}, false, stamp);
 }

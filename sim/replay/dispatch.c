@@ -1,0 +1,53 @@
+// A kernel and lanes in; what of its log a stamp's description needs, out: once for all stamps that the dispatch ran.
+//
+// Most instructions run on the same few sets of lanes, and an access adds nothing to an earlier one of the same kind by the same
+// lanes or more. So a stamp looks at a few masks instead of three for each instruction.
+#include "arrival.h"
+
+static void sum_accesses(const arrival *a, const kernel_use *use, dispatch_sum *sum)
+{
+    sum->access_count = 0;
+    for (int i = 0; i < use->access_count; i++) {
+        const kernel_access *access = &use->accesses[i];
+        uint64_t lanes = a->log[access->instruction].executed, known = 0;
+        for (int k = 0; k < sum->access_count; k++)
+            if (sum->accesses[k].access->group == access->group && sum->accesses[k].access->write == access->write)
+                known |= sum->accesses[k].lanes;
+        if (lanes & ~known)
+            sum->accesses[sum->access_count++] = (access_lanes){access, lanes};
+    }
+}
+
+static void add_slots(dispatch_sum *sum, uint64_t lanes, int32_t slots)
+{
+    int at = sum->slot_count - 1;
+    if (!lanes || !slots)
+        return;
+    while (at >= 0 && sum->slots[at].lanes != lanes)
+        at--;
+    if (at < 0)
+        sum->slots[at = sum->slot_count++] = (slot_lanes){lanes, 0};
+    sum->slots[at].slots += slots;
+}
+
+// A quad that runs an instruction takes its cycles; one that only has its turn, kernel_guarded_slots.
+static void sum_slots(const arrival *a, int kernel, dispatch_sum *sum)
+{
+    int count;
+    const instruction *code = bound_instructions(a->bound, kernel, &count);
+    const int32_t guarded = (int32_t)a->machine->kernel_guarded_slots;
+    sum->slot_count = 0;
+    for (int i = 0; i < count; i++) {
+        add_slots(sum, a->log[i].active, guarded);
+        add_slots(sum, a->log[i].executed, (int32_t)opcode_table[code[i].op].cycles - guarded);
+    }
+}
+
+void dispatch_run(arrival *a, int kernel, const tile_plane *planes, const batch *batch)
+{
+    const kernel_use *use = &a->uses[kernel];
+    a->execute(a->bound, kernel, planes, batch, a->counts + a->plan.count_offset[kernel]);
+    sum_accesses(a, use, &a->sum);
+    if (use->free_kernel)
+        sum_slots(a, kernel, &a->sum);
+}
