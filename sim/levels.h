@@ -194,11 +194,11 @@ status arrival_check(const arrival *arrival);
 // Bytes that go between a cache and what lies behind it.
 typedef struct transfer {
     uint64_t address;             // in the partition's channel
-    uint32_t bytes;               // whole bursts; 0: nothing moves
-    bool compressed;
-    bool on_chip;                 // the second level has it: no read of memory
+    uint32_t bytes;               // whole bursts; 0: nothing moves, and the rest is not set but for evicted_bytes
     uint32_t evicted_bytes;       // written to memory since the second level made room; 0: nothing
     uint64_t evicted_address;
+    bool compressed;
+    bool on_chip;                 // the second level has it: no read of memory
 } transfer;
 
 typedef struct line_touch {

@@ -1,4 +1,4 @@
-// Tags of one cache: find, replace, forget.
+// Tags of one cache: make room, replace, forget.
 #include "cache.h"
 
 #include <stdlib.h>
@@ -24,23 +24,15 @@ void cache_forget(cache *c)
         c->lines[i] = (cache_line){.id = CACHE_NONE};
 }
 
-cache_line *cache_find(cache *c, uint32_t set, uint64_t id)
+cache_line *cache_victim(const cache *c, uint32_t set)
 {
     cache_line *line = c->lines + (size_t)set * c->ways;
-    for (uint32_t way = 0; way < c->ways; way++, line++)
-        if (line->id == id)
-            return line;
-    return NULL;
-}
-
-cache_line *cache_victim(cache *c, uint32_t set)
-{
-    cache_line *line = c->lines + (size_t)set * c->ways, *oldest = line;
-    for (uint32_t way = 0; way < c->ways; way++, line++) {
-        if (line->id == CACHE_NONE)
-            return line;
-        if (line->age < oldest->age)
-            oldest = line;
+    uint64_t least = line->age;
+    uint32_t oldest = 0;
+    for (uint32_t way = 1; way < c->ways; way++) {  // two choices and no branch, which would be missed
+        const uint64_t age = line[way].age;
+        oldest = age < least ? way : oldest;
+        least = age < least ? age : least;
     }
-    return oldest;
+    return line + oldest;
 }

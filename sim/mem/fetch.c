@@ -13,7 +13,7 @@ static uint8_t by_content(const memory *m, line_place at)
         return STATE_WHOLE;
     return (uint8_t)compress_quarters(m->frame->plane_formats[at.plane], m->frame->plane_bits[at.plane],
                                       m->frame->contents(m->frame->user, at.plane, at.tile),
-                                      (int)(at.part * plane->part_lanes), (int)plane->part_lanes);
+                                      (int)(at.part << plane->part_shift), 1 << plane->part_shift);
 }
 
 static uint8_t *state_of(const memory *m, line_place at)
@@ -24,19 +24,14 @@ static uint8_t *state_of(const memory *m, line_place at)
 
 static uint64_t lanes_of(const memory *m, line_place at)
 {
-    return part_lanes(&m->planes[at.plane], at.part) & m->valid[at.tile];
-}
-
-static uint32_t quarters_bytes(const memory *m, line_place at, uint32_t quarters)
-{
-    return round_to_bursts(m, (m->planes[at.plane].part_bytes * quarters + 3) / 4);
+    return part_lanes(&m->planes[at.plane], at.part) & m->homes[at.tile].lanes;
 }
 
 // ---- The second level ----------------------------------------------------------------------------------
 
 transfer l2_write_back(memory *m, line_place at, statistics *s)
 {
-    const transfer moved = {.on_chip = true, .evicted_bytes = quarters_bytes(m, at, *state_of(m, at)), .evicted_address = line_address(m, at)};
+    const transfer moved = {.on_chip = true, .evicted_bytes = m->planes[at.plane].state_bytes[*state_of(m, at)], .evicted_address = line_address(m, at)};
     s->l2_writebacks++;
     s->memory_bytes_written += moved.evicted_bytes;
     m->traffic[at.plane].written += moved.evicted_bytes;
@@ -52,15 +47,15 @@ static cache_line *l2_replace(memory *m, cache *l2, line_place at, statistics *s
         moved->evicted_bytes = evicted.evicted_bytes;
         moved->evicted_address = evicted.evicted_address;
     }
-    *line = (cache_line){.id = line_id(at)};
+    m->l2_slots[line_number(m, at)] = cache_put(l2, line, line_id(at));
     s->l2_misses++;
     return line;
 }
 
 static cache_line *l2_line(memory *m, line_place at, statistics *s, transfer *moved, bool *hit)
 {
-    cache *l2 = &m->l2[m->partition_of[at.tile]];
-    cache_line *line = cache_find(l2, line_set(m, l2, at), line_id(at));
+    cache *l2 = &m->l2[m->homes[at.tile].partition];
+    cache_line *line = cache_find(l2, m->l2_slots[line_number(m, at)], line_id(at));
     s->l2_lookups++;
     *hit = line;
     if (!line)
@@ -71,15 +66,14 @@ static cache_line *l2_line(memory *m, line_place at, statistics *s, transfer *mo
 
 // ---- To and from the caches ----------------------------------------------------------------------------
 
-bool fetch_line(memory *m, line_place at, statistics *s, transfer *fill)
+static void fetch_line(memory *m, line_place at, uint8_t state, statistics *s, transfer *fill)
 {
-    const uint8_t state = *state_of(m, at);
     bool hit = false;
     if (state == STATE_CLEARED) {
         s->fills_cleared++;
-        return false;
+        return;
     }
-    *fill = (transfer){.address = line_address(m, at), .bytes = quarters_bytes(m, at, state), .compressed = state < STATE_WHOLE};
+    *fill = (transfer){.address = line_address(m, at), .bytes = m->planes[at.plane].state_bytes[state], .compressed = state < STATE_WHOLE};
     s->rop_bytes_read += fill->bytes;
     if (m->l2)
         l2_line(m, at, s, fill, &hit);
@@ -88,25 +82,33 @@ bool fetch_line(memory *m, line_place at, statistics *s, transfer *fill)
         s->memory_bytes_read += fill->bytes;
         m->traffic[at.plane].read += fill->bytes;
     }
-    return true;
 }
 
-bool write_needs_fill(const memory *m, line_place at, uint64_t written)
+uint64_t complete_line(memory *m, line_place at, uint64_t valid, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
 {
     const uint8_t state = *state_of(m, at);
-    return state != STATE_WHOLE && (written & lanes_of(m, at)) != lanes_of(m, at);
+    const uint64_t all = lanes_of(m, at);
+    // What memory holds compressed or cleared cannot be written in part.
+    const bool lacks = (read & ~valid) || (state != STATE_WHOLE && (all & ~(valid | written)));
+    if (!lacks) {
+        s->fills_none += touch->miss;
+        return valid;
+    }
+    touch->miss = true;
+    fetch_line(m, at, state, s, &touch->fill);
+    return all;
 }
 
 // Bytes of the bursts that hold these lanes, and where the first of them starts.
 static uint32_t burst_bytes(const memory *m, line_place at, uint64_t lanes, uint64_t *offset)
 {
     const plane_layout *plane = &m->planes[at.plane];
-    const uint32_t burst = (uint32_t)m->machine->memory_burst_bytes, first_lane = at.part * plane->part_lanes;
+    const uint32_t burst = (uint32_t)m->machine->memory_burst_bytes, first_lane = at.part << plane->part_shift, part_lane_count = 1u << plane->part_shift;
     uint32_t bytes = 0, last = UINT32_MAX;
     for (uint64_t left = lanes; left; left &= left - 1) {
         const uint32_t lane = (uint32_t)__builtin_ctzll(left) - first_lane;
-        const uint32_t start = lane * plane->part_bytes / plane->part_lanes / burst;
-        const uint32_t end = ((lane + 1) * plane->part_bytes + plane->part_lanes - 1) / plane->part_lanes;
+        const uint32_t start = (lane * plane->part_bytes >> plane->part_shift) / burst;
+        const uint32_t end = ((lane + 1) * plane->part_bytes + part_lane_count - 1) >> plane->part_shift;
         for (uint32_t b = start; b * burst < end; b++) {
             if (last == UINT32_MAX)
                 *offset = (uint64_t)b * burst;
@@ -131,7 +133,7 @@ void write_line(memory *m, line_place at, uint64_t valid, uint64_t dirty, statis
         spill->bytes = burst_bytes(m, at, dirty, &offset);
         spill->address += offset;
     } else {
-        spill->bytes = quarters_bytes(m, at, quarters);
+        spill->bytes = m->planes[at.plane].state_bytes[quarters];
     }
     *state = quarters;
     s->lines_compressed += quarters < STATE_WHOLE;

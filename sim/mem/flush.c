@@ -13,13 +13,13 @@ static bool next_cleared(memory *m, uint32_t *partition, access_unit *cache, tra
         if (m->clear_tile == m->frame->tile_count)
             return m->flush_clear = false;
         at = (line_place){m->clear_plane, m->clear_tile, m->clear_part};
-        lanes = part_lanes(plane, at.part) & m->valid[at.tile];
+        lanes = part_lanes(plane, at.part) & m->homes[at.tile].lanes;
         if (++m->clear_part == plane->parts) {
             m->clear_part = 0;
             m->clear_tile++;
         }
     }
-    *partition = m->partition_of[at.tile];
+    *partition = m->homes[at.tile].partition;
     *cache = plane->unit;
     write_line(m, at, lanes, lanes, s, spill);
     return true;
@@ -29,7 +29,7 @@ static bool next_line(memory *m, uint32_t *partition, access_unit *unit, transfe
 {
     for (; m->flush_partition < m->machine->partitions; m->flush_partition++, m->flush_cache = 0) {
         for (; m->flush_cache < ACCESS_UNITS; m->flush_cache++, m->flush_line = 0) {
-            cache *cache = &m->caches[m->flush_cache][m->flush_partition];
+            cache *cache = &m->caches[m->flush_partition][m->flush_cache];
             *partition = m->flush_partition;
             *unit = (access_unit)m->flush_cache;
             while (m->flush_line < cache->sets * cache->ways) {
@@ -114,9 +114,9 @@ void memory_occupancy(const memory *m, access_unit unit, uint32_t *least, uint32
 {
     *least = UINT32_MAX;
     *most = 0;
-    *sets = m->caches[unit][0].sets;
+    *sets = m->caches[0][unit].sets;
     for (int64_t p = 0; p < m->machine->partitions; p++) {
-        const cache *cache = &m->caches[unit][p];
+        const cache *cache = &m->caches[p][unit];
         for (uint32_t set = 0; set < cache->sets; set++) {
             uint32_t count = 0;
             for (uint32_t way = 0; way < cache->ways; way++)

@@ -8,12 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-uint32_t round_to_bursts(const memory *m, uint32_t bytes)
-{
-    const uint32_t burst = (uint32_t)m->machine->memory_burst_bytes;
-    return (bytes + burst - 1) / burst * burst;
-}
-
 static uint32_t power_above(uint32_t value)
 {
     uint32_t power = 1;
@@ -37,20 +31,22 @@ static status deal_out(memory *m)
 {
     const frame *f = m->frame;
     const machine *k = m->machine;
-    m->partition_of = malloc(f->tile_count);
-    m->local_of = malloc(f->tile_count * sizeof *m->local_of);
-    m->valid = malloc(f->tile_count * sizeof *m->valid);
+    m->homes = malloc(f->tile_count * sizeof *m->homes);
     m->blocks = calloc((size_t)k->partitions, sizeof *m->blocks);
     m->stream_bytes = calloc((size_t)k->partitions, sizeof *m->stream_bytes);
-    if (!m->partition_of || !m->local_of || !m->valid || !m->blocks || !m->stream_bytes)
+    if (!m->homes || !m->blocks || !m->stream_bytes)
         return report_error(m->report, STATUS_IO, "out of memory: %u blocks", f->tile_count);
     const uint32_t across = k->tile_based ? (uint32_t)k->region_pixels / f->tile_width : 1;
     const uint32_t down = k->tile_based ? (uint32_t)k->region_pixels / f->tile_height : 1;
     for (uint32_t t = 0; t < f->tile_count; t++) {
-        const uint64_t x = t % f->columns / across, y = t / f->columns / down;
-        m->partition_of[t] = (uint8_t)((x + y * (uint64_t)k->partition_row_step) % (uint64_t)k->partitions);
-        m->local_of[t] = m->blocks[m->partition_of[t]]++;
-        m->valid[t] = valid_lanes(f, t);
+        const uint32_t column = t % f->columns, row = t / f->columns;
+        const uint64_t x = column / across, y = row / down;
+        home *home = &m->homes[t];
+        home->partition = (uint8_t)((x + y * (uint64_t)k->partition_row_step) % (uint64_t)k->partitions);
+        home->number = m->blocks[home->partition]++;
+        home->lanes = valid_lanes(f, t);
+        home->region = row / down * f->columns + column / across + 1;
+        home->region_block = row % down * across + column % across;
     }
     m->region_blocks = across * down;
     return STATUS_OK;
@@ -73,6 +69,7 @@ static status choose_on_chip(memory *m)
     for (int i = 0; i < m->frame->plane_count; i++) {
         bits += m->frame->plane_bits[i];
         m->planes[i].on_chip = k->tile_based && bits <= k->on_chip_bits;
+        m->planes[i].one_line = m->planes[i].parts == 1 && !m->planes[i].on_chip;
         m->planes[i].chip_slot = m->chip_lines;
         m->chip_lines += m->planes[i].on_chip ? m->planes[i].parts : 0;
     }
@@ -106,8 +103,13 @@ status layout_make(memory *m)
         plane->parts = 1;
         while (block_bytes / plane->parts > (uint32_t)m->machine->line_bytes)
             plane->parts *= 2;
-        plane->part_lanes = TILE_LANES / plane->parts;
+        plane->part_shift = (uint32_t)__builtin_ctz(TILE_LANES / plane->parts);
+        plane->first_lanes = UINT64_MAX >> (TILE_LANES - TILE_LANES / plane->parts);
+        plane->first_line = m->block_lines;
+        m->block_lines += plane->parts;
         plane->part_bytes = block_bytes / plane->parts;
+        for (uint32_t quarters = STATE_CLEARED; quarters <= STATE_WHOLE; quarters++)
+            plane->state_bytes[quarters] = round_to_bursts(m, (plane->part_bytes * quarters + 3) / 4);
         plane->part_stride = power_above(round_to_bursts(m, plane->part_bytes));
         while (bank_of(m->machine, base / row) != (uint64_t)(PLANE_BANKS * i) % (uint64_t)m->machine->memory_banks)
             base += row;
@@ -129,7 +131,7 @@ status layout_make(memory *m)
 uint64_t line_address(const memory *m, line_place at)
 {
     const plane_layout *plane = &m->planes[at.plane];
-    return plane->base + ((uint64_t)m->local_of[at.tile] * plane->parts + at.part) * plane->part_stride;
+    return plane->base + ((uint64_t)m->homes[at.tile].number * plane->parts + at.part) * plane->part_stride;
 }
 
 // Planes start at different sets, so that those of one block do not meet in one.
@@ -137,5 +139,5 @@ uint32_t line_set(const memory *m, const cache *cache, line_place at)
 {
     enum { PLANE_STEP = 7 };
     const plane_layout *plane = &m->planes[at.plane];
-    return (m->local_of[at.tile] * plane->parts + at.part + at.plane * PLANE_STEP) % cache->sets;
+    return (m->homes[at.tile].number * plane->parts + at.part + at.plane * PLANE_STEP) % cache->sets;
 }

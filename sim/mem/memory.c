@@ -1,8 +1,4 @@
-// Stamps in; the lines that they touch in each cache, and what that moves, out.
-//
-// A stamp is looked up in the texture, the depth and the colour caches of its block's partition, in this order; every cache
-// meets stamps in order of arrival. A lane that is read must be there: the whole line is fetched. Lanes that are only written
-// need no fetch where memory holds the line uncompressed, or where the stamp covers all of it.
+// A machine and a frame in, then passes and their stamps; what each counts, and the lines that it touches, out.
 #include "memory.h"
 
 #include <stdlib.h>
@@ -15,13 +11,11 @@ static status make_caches(memory *m)
     const machine *k = m->machine;
     const int64_t bytes[ACCESS_UNITS] = {k->texture_cache_bytes, k->depth_cache_bytes, k->color_cache_bytes};
     const int64_t ways[ACCESS_UNITS] = {k->texture_cache_ways, k->depth_cache_ways, k->color_cache_ways};
-    bool good = true;
-    for (int u = 0; good && u < ACCESS_UNITS; u++) {
-        m->caches[u] = calloc((size_t)k->partitions, sizeof *m->caches[u]);
-        good = m->caches[u];
-        for (int64_t p = 0; good && p < k->partitions; p++)
-            good = cache_make(&m->caches[u][p], (uint64_t)bytes[u], (uint64_t)k->line_bytes, (uint64_t)ways[u]);
-    }
+    m->caches = calloc((size_t)k->partitions, sizeof *m->caches);
+    bool good = m->caches;
+    for (int64_t p = 0; good && p < k->partitions; p++)
+        for (int u = 0; good && u < ACCESS_UNITS; u++)
+            good = cache_make(&m->caches[p][u], (uint64_t)bytes[u], (uint64_t)k->line_bytes, (uint64_t)ways[u]);
     if (good && k->l2_bytes) {
         m->l2 = calloc((size_t)k->partitions, sizeof *m->l2);
         good = m->l2;
@@ -29,6 +23,16 @@ static status make_caches(memory *m)
             good = cache_make(&m->l2[p], (uint64_t)(k->l2_bytes / k->partitions), (uint64_t)k->line_bytes, (uint64_t)k->l2_ways);
     }
     return good ? STATUS_OK : report_error(m->report, STATUS_IO, "out of memory: caches");
+}
+
+static status make_slots(memory *m)
+{
+    const size_t lines = (size_t)m->frame->tile_count * m->block_lines + 1;
+    m->slots[ACCESS_TEXTURE] = calloc(lines, sizeof *m->slots[ACCESS_TEXTURE]);
+    m->slots[ACCESS_DEPTH] = m->slots[ACCESS_COLOR] = calloc(lines, sizeof *m->slots[ACCESS_DEPTH]);
+    m->l2_slots = m->l2 ? calloc(lines, sizeof *m->l2_slots) : NULL;
+    const bool good = m->slots[ACCESS_TEXTURE] && m->slots[ACCESS_DEPTH] && (m->l2_slots || !m->l2);
+    return good ? STATUS_OK : report_error(m->report, STATUS_IO, "out of memory: places of %zu lines", lines);
 }
 
 static status make_touches(memory *m)
@@ -60,6 +64,8 @@ status memory_create(const machine *machine, const frame *frame, const report *r
     status = layout_make(m);
     if (status == STATUS_OK)
         status = make_caches(m);
+    if (status == STATUS_OK)
+        status = make_slots(m);
     if (status == STATUS_OK && machine->tile_based)
         status = region_make(m);
     if (status == STATUS_OK)
@@ -78,29 +84,28 @@ void memory_destroy(memory *m)
     for (int i = 0; i < PLANE_MAX; i++)
         free(m->planes[i].states);
     for (int64_t p = 0; p < m->machine->partitions; p++) {
-        for (int u = 0; u < ACCESS_UNITS; u++)
-            if (m->caches[u])
-                cache_free(&m->caches[u][p]);
+        for (int u = 0; m->caches && u < ACCESS_UNITS; u++)
+            cache_free(&m->caches[p][u]);
         if (m->l2)
             cache_free(&m->l2[p]);
     }
-    for (int u = 0; u < ACCESS_UNITS; u++) {
-        free(m->caches[u]);
+    for (int u = 0; u < ACCESS_UNITS; u++)
         free(m->touches[u]);
-    }
     region_free(m);
+    free(m->caches);
     free(m->l2);
-    free(m->partition_of);
-    free(m->local_of);
+    free(m->slots[ACCESS_TEXTURE]);
+    free(m->slots[ACCESS_DEPTH]);  // which is colour's, too
+    free(m->l2_slots);
+    free(m->homes);
     free(m->blocks);
-    free(m->valid);
     free(m->stream_bytes);
     free(m);
 }
 
 uint32_t memory_slots(const memory *m, access_unit cache)
 {
-    const struct cache *c = &m->caches[cache][0];
+    const struct cache *c = &m->caches[0][cache];
     return c->sets * c->ways + (cache == ACCESS_TEXTURE ? 0 : m->chip_lines * m->region_blocks);
 }
 
@@ -116,7 +121,7 @@ const plane_traffic *memory_planes(const memory *m)
 static void forget_plane(memory *m, uint8_t plane)
 {
     for (int64_t p = 0; p < m->machine->partitions; p++) {
-        cache *caches[] = {&m->caches[m->planes[plane].unit][p], m->l2 ? &m->l2[p] : NULL};
+        cache *caches[] = {&m->caches[p][m->planes[plane].unit], m->l2 ? &m->l2[p] : NULL};
         for (int i = 0; i < 2 && caches[i]; i++)
             for (size_t l = 0; l < (size_t)caches[i]->sets * caches[i]->ways; l++)
                 if (caches[i]->lines[l].id != CACHE_NONE && line_of(caches[i]->lines[l].id).plane == plane)
@@ -143,7 +148,7 @@ void memory_begin_pass(memory *m, const pass_info *pass, statistics *s)
     m->pass = *pass;
     m->flush_partition = m->flush_cache = m->flush_line = 0;
     for (int64_t p = 0; p < m->machine->partitions; p++)
-        cache_forget(&m->caches[ACCESS_TEXTURE][p]);  // which does not see what the ROP wrote
+        cache_forget(&m->caches[p][ACCESS_TEXTURE]);  // which does not see what the ROP wrote
     s->triangles += pass->triangles;
     s->vertices += pass->vertices;
     s->geometry_bytes += reads + writes;
@@ -157,91 +162,16 @@ void memory_begin_pass(memory *m, const pass_info *pass, statistics *s)
 
 // ---- Stamps --------------------------------------------------------------------------------------------
 
-static void count_lookup(access_unit unit, bool miss, statistics *s)
+// How many lanes a part of others has. All or none as a rule: those cost no count of their own.
+static inline uint64_t count_within(uint64_t lanes, uint64_t others, uint64_t others_count)
 {
-    switch (unit) {
-    case ACCESS_TEXTURE: s->texture_lookups++; s->texture_misses += miss; break;
-    case ACCESS_DEPTH: s->depth_lookups++; s->depth_misses += miss; break;
-    default: s->color_lookups++; s->color_misses += miss; break;
-    }
-}
-
-static void count_writeback(access_unit unit, statistics *s)
-{
-    if (unit == ACCESS_DEPTH)
-        s->depth_writebacks++;
-    else
-        s->color_writebacks++;
-}
-
-// The line, with room made for it if it is not there.
-static cache_line *find_or_replace(memory *m, cache *cache, access_unit unit, line_place at, statistics *s, line_touch *touch)
-{
-    const uint32_t set = line_set(m, cache, at);
-    cache_line *line = cache_find(cache, set, line_id(at));
-    if (!line) {
-        line = cache_victim(cache, set);
-        if (line->id != CACHE_NONE && line->dirty) {
-            write_line(m, line_of(line->id), line->valid, line->dirty, s, &touch->spill);
-            count_writeback(unit, s);
-        }
-        touch->replaces = line->id != CACHE_NONE;
-        touch->miss = true;
-        *line = (cache_line){.id = line_id(at)};
-    }
-    cache_use(cache, line);
-    touch->slot = cache_slot(cache, line);
-    return line;
-}
-
-// Nothing moves yet. The rest of a transfer of no bytes is not looked at, and clearing it would cost more than the lookup.
-static void touch_start(line_touch *touch)
-{
-    touch->miss = touch->replaces = false;
-    touch->fill.bytes = touch->fill.evicted_bytes = touch->spill.bytes = touch->spill.evicted_bytes = 0;
-}
-
-static void touch_line(memory *m, access_unit unit, line_place at, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
-{
-    cache *cache = &m->caches[unit][m->partition_of[at.tile]];
-    touch_start(touch);
-    cache_line *line = find_or_replace(m, cache, unit, at, s, touch);
-    const uint64_t all = part_lanes(&m->planes[at.plane], at.part) & m->valid[at.tile];
-    const bool lacks = (read & ~line->valid) || (line->valid != all && write_needs_fill(m, at, written | line->valid));
-    if (lacks) {
-        touch->miss = true;
-        fetch_line(m, at, s, &touch->fill);
-        line->valid = all;
-    } else if (touch->miss) {
-        s->fills_none++;
-    }
-    s->lines_dirtied += written && !line->dirty;
-    line->valid |= written;
-    line->dirty |= written;
-    count_lookup(unit, touch->miss, s);
-}
-
-static void touch_plane(memory *m, const stamp *stamp, const plane_access *access, statistics *s)
-{
-    const plane_layout *plane = &m->planes[access->plane];
-    const uint32_t partition = m->out.partition;
-    for (uint32_t part = 0; part < plane->parts; part++) {
-        const uint64_t lanes = part_lanes(plane, part), read = access->read & lanes, written = access->written & lanes;
-        const line_place at = {access->plane, stamp->tile, part};
-        if (!read && !written)
-            continue;
-        line_touch *touch = &m->touches[access->unit][m->out.counts[access->unit]++];
-        if (plane->on_chip && access->unit != ACCESS_TEXTURE)
-            region_touch(m, partition, at, read, written, s, touch);
-        else
-            touch_line(m, access->unit, at, read, written, s, touch);
-    }
+    return lanes == others ? others_count : lanes ? count_lanes(lanes) : 0;
 }
 
 static void count_fragments(const memory *m, const stamp *stamp, statistics *s)
 {
-    const uint64_t covered = count_lanes(stamp->lanes), shaded = count_lanes(stamp->shaded);
-    const uint64_t alive = count_lanes(stamp->alive), passed = count_lanes(stamp->passed);
+    const uint64_t covered = count_lanes(stamp->lanes), shaded = count_within(stamp->shaded, stamp->lanes, covered);
+    const uint64_t alive = count_within(stamp->alive, stamp->shaded, shaded), passed = count_within(stamp->passed, stamp->alive, alive);
     s->stamps++;
     s->fragments += covered;
     s->quads += stamp->quads;
@@ -266,8 +196,6 @@ static void stream(memory *m, const stamp *stamp, statistics *s)
     const bool write = m->pass.kind == PASS_DRAW;
     m->out.stream_read = write ? 0 : bytes;
     m->out.stream_written = write ? bytes : 0;
-    if (!bytes)
-        return;
     m->out.stream_address = m->stream_base + m->stream_bytes[partition];
     m->stream_bytes[partition] += bytes;
     s->list_bytes += bytes;
@@ -279,25 +207,16 @@ static void stream(memory *m, const stamp *stamp, statistics *s)
 
 const stamp_lines *memory_stamp(memory *m, const stamp *stamp, statistics *s)
 {
-    m->out.partition = m->partition_of[stamp->tile];
-    memset(m->out.counts, 0, sizeof m->out.counts);
     count_fragments(m, stamp, s);
-    if (m->regions && !stamp->hierarchical)  // a discarded stamp gets no further than the rasterizer
-        region_enter(m, stamp->tile, s, &m->out.counts[ACCESS_DEPTH]);
-    for (int i = 0; i < stamp->access_count; i++)
-        touch_plane(m, stamp, &stamp->accesses[i], s);
-    stream(m, stamp, s);
+    touch_planes(m, stamp, s);
+    m->out.stream_read = m->out.stream_written = 0;
+    if (stamp->list_bytes)
+        stream(m, stamp, s);
     return &m->out;
 }
 
 // Sampling: caches see what was executed, several stamps of a block as one, and nobody counts it.
 void memory_skip(memory *m, const stamp *stamp)
 {
-    statistics ignored = {0};
-    m->out.partition = m->partition_of[stamp->tile];
-    memset(m->out.counts, 0, sizeof m->out.counts);
-    if (m->regions)
-        region_enter(m, stamp->tile, &ignored, &m->out.counts[ACCESS_DEPTH]);
-    for (int i = 0; i < stamp->access_count; i++)
-        touch_plane(m, stamp, &stamp->accesses[i], &ignored);
+    touch_planes(m, stamp, &m->ignored);
 }

@@ -29,7 +29,7 @@ void region_free(memory *m)
 
 static uint32_t slot_base(const memory *m, access_unit unit)
 {
-    return m->caches[unit][0].sets * m->caches[unit][0].ways;
+    return m->caches[0][unit].sets * m->caches[0][unit].ways;
 }
 
 // The next changed line that leaves the chip; false: there is none, and the region's memory is empty.
@@ -54,15 +54,13 @@ static bool next_leaving(memory *m, uint32_t partition, uint32_t *slot, statisti
 
 void region_enter(memory *m, uint32_t tile, statistics *s, int *count)
 {
-    const uint32_t partition = m->partition_of[tile], columns = m->frame->columns;
-    const uint32_t across = (uint32_t)m->machine->region_pixels / m->frame->tile_width;
-    const uint32_t down = (uint32_t)m->machine->region_pixels / m->frame->tile_height;
-    const uint32_t region = tile / columns / down * columns + tile % columns / across + 1;
+    const home *home = &m->homes[tile];
+    region_memory *r = &m->regions[home->partition];
     line_touch touch = {0};
-    if (m->regions[partition].region == region)
+    if (r->region == home->region)
         return;
-    m->regions[partition].region = region;
-    for (uint32_t slot; next_leaving(m, partition, &slot, s, &touch.spill);) {
+    r->region = home->region;
+    for (uint32_t slot; next_leaving(m, home->partition, &slot, s, &touch.spill);) {
         touch.slot = slot_base(m, ACCESS_DEPTH) + slot;
         m->touches[ACCESS_DEPTH][(*count)++] = touch;
     }
@@ -74,33 +72,33 @@ bool region_flush(memory *m, uint32_t partition, statistics *s, transfer *spill)
     return m->regions && next_leaving(m, partition, &slot, s, spill);
 }
 
-void region_touch(memory *m, uint32_t partition, line_place at, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
+static void touch_part(memory *m, line_place at, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
 {
-    region_memory *r = &m->regions[partition];
+    const home *home = &m->homes[at.tile];
     const plane_layout *plane = &m->planes[at.plane];
-    const uint32_t across = (uint32_t)m->machine->region_pixels / m->frame->tile_width;
-    const uint32_t down = (uint32_t)m->machine->region_pixels / m->frame->tile_height;
-    const uint32_t x = at.tile % m->frame->columns % across, y = at.tile / m->frame->columns % down;
-    const uint32_t slot = (y * across + x) * m->chip_lines + plane->chip_slot + at.part;
-    const uint64_t all = part_lanes(plane, at.part) & m->valid[at.tile];
+    region_memory *r = &m->regions[home->partition];
+    const uint32_t slot = home->region_block * m->chip_lines + plane->chip_slot + at.part;
     chip_line *line = &r->lines[slot];
     *touch = (line_touch){.slot = slot_base(m, plane->unit) + slot, .miss = !line->there};
     if (!line->there) {
         *line = (chip_line){.there = true, .place = at};
         r->used[r->used_count++] = slot;
     }
-    if ((read & ~line->valid) || (line->valid != all && write_needs_fill(m, at, written | line->valid))) {
-        touch->miss = true;
-        fetch_line(m, at, s, &touch->fill);
-        line->valid = all;
-    } else {
-        s->fills_none += touch->miss;
-    }
+    line->valid = complete_line(m, at, line->valid, read, written, s, touch) | written;
     s->lines_dirtied += written && !line->dirty;
-    line->valid |= written;
     line->dirty |= written;
-    s->depth_lookups += plane->unit == ACCESS_DEPTH;
     s->depth_misses += plane->unit == ACCESS_DEPTH && touch->miss;
-    s->color_lookups += plane->unit == ACCESS_COLOR;
     s->color_misses += plane->unit == ACCESS_COLOR && touch->miss;
+}
+
+int region_touch(memory *m, uint32_t tile, const plane_access *access, statistics *s, line_touch *touches)
+{
+    const plane_layout *plane = &m->planes[access->plane];
+    int count = 0;
+    for (uint64_t left = access->read | access->written, lanes; left; left &= ~lanes) {
+        const uint32_t part = first_part(plane, left);
+        lanes = part_lanes(plane, part);
+        touch_part(m, (line_place){access->plane, tile, part}, access->read & lanes, access->written & lanes, s, &touches[count++]);
+    }
+    return count;
 }
