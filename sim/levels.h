@@ -144,15 +144,16 @@ static inline uint64_t frame_quads(const frame *frame, uint64_t lanes)
 
 // Sampling: what is done with a pass's stamps. A pass begins with its head, until the queues of
 // units can be full; the rest is cut into strata of `period` stamps, each with one window at a place drawn by `seed`. Units go
-// from window to window with what they hold; a lead makes them meet what lies there. Caches see every stamp.
+// from window to window with what they hold; caches see what comes before a window, and a lead makes units meet what lies there.
 typedef enum stamp_phase {
     PHASE_HEAD,     // the pass's first stamps, or all of a short pass: measured, each for itself alone
-    PHASE_SKIP,     // executed, seen by caches, and nothing counted
+    PHASE_SKIP,     // executed, and nobody looks
+    PHASE_WARM,     // seen by caches, and nothing counted
     PHASE_LEAD,     // through caches and units, not measured
     PHASE_MEASURE,  // the same, and measured for all stamps of the pass but its head
 } stamp_phase;
 typedef struct sampling {
-    uint32_t head, lead, window, period;  // stamps; head: the fewest
+    uint32_t head, warm, lead, window, period;  // stamps; head: the fewest
     uint64_t seed;
 } sampling;
 
@@ -161,9 +162,8 @@ typedef struct stamp_sink {
     status (*begin_pass)(void *user, const pass_info *pass);
     status (*stamp)(void *user, const stamp *stamp);
     status (*end_pass)(void *user);
-    status (*skip)(void *user, const stamp *stamp);  // several stamps of a block were run as one, which is not looked at
-    // From now on: `window` counts the windows of a pass, `begun` the primitives that began before.
-    status (*phase)(void *user, stamp_phase phase, uint32_t window, uint64_t begun);
+    void (*skip)(void *user, uint32_t tile, uint32_t written);  // storage i of a block was written (bit i) and nobody looked
+    status (*phase)(void *user, stamp_phase phase, uint64_t begun);  // from now on; a new window, too; primitives that began before
     void *user;
 } stamp_sink;
 
@@ -248,8 +248,9 @@ uint32_t memory_slots(const memory *memory, access_unit cache);
 void memory_begin_pass(memory *memory, const pass_info *pass, statistics *statistics);
 // Valid until the next call.
 const stamp_lines *memory_stamp(memory *memory, const stamp *stamp, statistics *statistics);
-// Sampling: caches take part in what was executed without being looked at.
-void memory_skip(memory *memory, const stamp *stamp);
+// Sampling. Caches take part, and nothing is counted; storage i of a block was written (bit i) and caches did not take part.
+void memory_warm(memory *memory, const stamp *stamp);
+void memory_pass_over(memory *memory, uint32_t tile, uint32_t written);
 // After a pass, until it returns false: the next line written back of those still changed; at the end of the run
 // (`last`) those of the second level as well. Touches of one cache of one partition, one at a time.
 bool memory_flush(memory *memory, bool last, uint32_t *partition, access_unit *cache, transfer *transfer, statistics *statistics);

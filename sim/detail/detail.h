@@ -42,8 +42,8 @@ int detail_busiest(const uint64_t bounds[RESOURCE_COUNT], uint64_t cycles);
 // sampled.c: what a sink does, and the intervals at the end.
 status sampled_begin_pass(void *user, const pass_info *pass);
 status sampled_stamp(void *user, const stamp *stamp);
-status sampled_skip(void *user, const stamp *stamp);
-status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t begun);
+void sampled_skip(void *user, uint32_t tile, uint32_t written);
+status sampled_phase(void *user, stamp_phase phase, uint64_t begun);
 status sampled_end_pass(void *user);
 status sampled_drain(detail *detail, const pass_info *pass);  // of the second level, as a pass of its own
 void sampled_finish(detail *detail);

@@ -64,13 +64,17 @@ static status end_phase(detail *d)
     return add_window(s, &since) ? STATUS_OK : report_error(d->report, STATUS_IO, "out of memory: windows");
 }
 
-status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t begun)
+static bool timed(stamp_phase phase)
+{
+    return phase != PHASE_SKIP && phase != PHASE_WARM;
+}
+
+status sampled_phase(void *user, stamp_phase phase, uint64_t begun)
 {
     detail *d = user;
     sampler *s = d->sampler;
     const status status = end_phase(d);
-    (void)window;
-    if (s->any && s->phase == PHASE_SKIP)
+    if (s->any && timed(phase) && !timed(s->phase))
         clock_resume(d->clock, begun);
     clock_settle(d->clock, &d->raw);
     if (!s->any)
@@ -85,15 +89,18 @@ status sampled_phase(void *user, stamp_phase phase, uint32_t window, uint64_t be
 status sampled_stamp(void *user, const stamp *stamp)
 {
     detail *d = user;
+    if (d->sampler->phase == PHASE_WARM) {
+        memory_warm(d->memory, stamp);
+        return STATUS_OK;
+    }
     const stamp_lines *lines = memory_stamp(d->memory, stamp, &d->raw);
     return clock_stamp(d->clock, stamp, lines, &d->raw);
 }
 
-status sampled_skip(void *user, const stamp *stamp)
+void sampled_skip(void *user, uint32_t tile, uint32_t written)
 {
     detail *d = user;
-    memory_skip(d->memory, stamp);
-    return STATUS_OK;
+    memory_pass_over(d->memory, tile, written);
 }
 
 // ---- Estimating ----------------------------------------------------------------------------------------

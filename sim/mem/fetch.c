@@ -22,6 +22,14 @@ static uint8_t *state_of(const memory *m, line_place at)
     return &plane->states[(size_t)at.tile * plane->parts + at.part];
 }
 
+static uint8_t known_state(const memory *m, line_place at)
+{
+    uint8_t *state = state_of(m, at);
+    if (*state == STATE_UNKNOWN)
+        *state = by_content(m, at);
+    return *state;
+}
+
 static uint64_t lanes_of(const memory *m, line_place at)
 {
     return part_lanes(&m->planes[at.plane], at.part) & m->homes[at.tile].lanes;
@@ -31,7 +39,7 @@ static uint64_t lanes_of(const memory *m, line_place at)
 
 transfer l2_write_back(memory *m, line_place at, statistics *s)
 {
-    const transfer moved = {.on_chip = true, .evicted_bytes = m->planes[at.plane].state_bytes[*state_of(m, at)], .evicted_address = line_address(m, at)};
+    const transfer moved = {.on_chip = true, .evicted_bytes = m->planes[at.plane].state_bytes[known_state(m, at)], .evicted_address = line_address(m, at)};
     s->l2_writebacks++;
     s->memory_bytes_written += moved.evicted_bytes;
     m->traffic[at.plane].written += moved.evicted_bytes;
@@ -86,7 +94,7 @@ static void fetch_line(memory *m, line_place at, uint8_t state, statistics *s, t
 
 uint64_t complete_line(memory *m, line_place at, uint64_t valid, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
 {
-    const uint8_t state = *state_of(m, at);
+    const uint8_t state = known_state(m, at);
     const uint64_t all = lanes_of(m, at);
     // What memory holds compressed or cleared cannot be written in part.
     const bool lacks = (read & ~valid) || (state != STATE_WHOLE && (all & ~(valid | written)));

@@ -215,8 +215,17 @@ const stamp_lines *memory_stamp(memory *m, const stamp *stamp, statistics *s)
     return &m->out;
 }
 
-// Sampling: caches see what was executed, several stamps of a block as one, and nobody counts it.
-void memory_skip(memory *m, const stamp *stamp)
+void memory_warm(memory *m, const stamp *stamp)
 {
     touch_planes(m, stamp, &m->ignored);
+}
+
+// As if each line that was written had come and gone. One that a cache still has stays there, and is older than all that is used
+// from now on.
+void memory_pass_over(memory *m, uint32_t tile, uint32_t written)
+{
+    for (; written; written &= written - 1) {
+        const plane_layout *plane = &m->planes[__builtin_ctz(written)];
+        memset(plane->states + (size_t)tile * plane->parts, plane->compressed ? STATE_UNKNOWN : STATE_WHOLE, plane->parts);
+    }
 }

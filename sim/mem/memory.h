@@ -22,7 +22,7 @@ typedef struct plane_layout {
     uint32_t chip_slot;     // tile-based: its first line's number among those of one block
     uint8_t *states;        // of each part of each block: quarters that it takes in memory, STATE_CLEARED: none
 } plane_layout;
-enum { STATE_CLEARED = 0, STATE_WHOLE = 4 };
+enum { STATE_CLEARED = 0, STATE_WHOLE = 4, STATE_UNKNOWN };  // unknown: sampling passed it over; its content tells
 
 // Where a block belongs.
 typedef struct home {
@@ -65,7 +65,7 @@ struct memory {
     stamp_lines out;
     line_touch *touches[ACCESS_UNITS];
     pass_info pass;         // at hand
-    statistics ignored;     // what skipped stamps would count
+    statistics ignored;     // what stamps would count that nobody counts
     uint64_t stream_read, stream_written, geometry_read, geometry_written;
     // What a flush has still to visit:
     uint32_t flush_partition, flush_cache, flush_line;

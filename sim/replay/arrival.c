@@ -13,7 +13,7 @@ enum { STAMPS_AHEAD = 16 };  // whose planes are asked for before they are neede
 
 // ---- Passes --------------------------------------------------------------------------------------------
 
-static bool draws_class(const arrival *a, const step *step, uint32_t draw)
+bool draws_class(const arrival *a, const step *step, uint32_t draw)
 {
     if (step->classes == DRAW_BATCH)
         return a->batches->batches[a->batch].draws[draw];
@@ -56,18 +56,15 @@ static status end_pass(arrival *a)
 }
 
 // Looks at the stamp, or passes it over.
-static status take_stamp(arrival *a, const step *step, uint32_t chunk_number, uint32_t number, stamp_body *body)
+static status take_stamp(arrival *a, const step *step, const stamp_chunk *chunk, uint32_t number, stamp_body *body)
 {
-    const stamp_chunk *chunk = &a->stamps.chunks[chunk_number];
     const stamp_record *record = &chunk->records[number];
     stamp_phase phase;
-    status status = phases_next(a, record->begins_primitive, &phase);
-    if (status != STATUS_OK)
+    const status status = phases_next(a, record->begins_primitive, &phase);
+    if (status != STATUS_OK || phase == PHASE_SKIP)
         return status;
-    if (phase == PHASE_SKIP)
-        return skip_stamp(a, step, chunk_number, number);
-    status = skip_run_all(a, step);  // so that caches have seen all that came before
-    return status == STATUS_OK ? body(a, step, chunk, record) : status;
+    skip_pass_by(a, record->tile, number);
+    return body(a, step, chunk, record);
 }
 
 static status each_by_region(arrival *a, const step *step, stamp_body *body)
@@ -76,10 +73,11 @@ static status each_by_region(arrival *a, const step *step, stamp_body *body)
     status status = STATUS_OK;
     for (uint64_t i = 0; status == STATUS_OK && i < s->stamp_count; i++) {
         const stamp_place place = s->by_region[i];
-        if (draws_class(a, step, s->chunks[place.chunk].records[place.record].draw))
-            status = take_stamp(a, step, place.chunk, place.record, body);
+        const stamp_chunk *chunk = &s->chunks[place.chunk];
+        if (draws_class(a, step, chunk->records[place.record].draw))
+            status = take_stamp(a, step, chunk, place.record, body);
     }
-    return status == STATUS_OK ? skip_run_all(a, step) : status;
+    return status;
 }
 
 // Asks for what the kernel will read of a stamp's planes: triangles in the order of a mesh jump from block to block, and planes
@@ -102,15 +100,14 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
         return each_by_region(a, step, body);
     status status = stamps_rewind(&a->stamps);
     for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;) {
-        const uint32_t number = (uint32_t)(chunk - a->stamps.chunks);
+        skip_begin(a, step, chunk);
         for (uint32_t i = 0; status == STATUS_OK && i < chunk->count; i++) {
-            if (step->kind == STEP_DRAW && i + STAMPS_AHEAD < chunk->count)
+            if (step->kind == STEP_DRAW && i + STAMPS_AHEAD < chunk->count && !phases_skip(a))
                 prefetch(a, step, &chunk->records[i + STAMPS_AHEAD]);
             if (draws_class(a, step, chunk->records[i].draw))
-                status = take_stamp(a, step, number, i, body);
+                status = take_stamp(a, step, chunk, i, body);
         }
-        if (status == STATUS_OK)
-            status = skip_run_all(a, step);  // the chunk may not stay
+        skip_end(a);  // the chunk may not stay
     }
     return status;
 }
@@ -151,7 +148,14 @@ static status tell(arrival *a, const stamp *stamp)
     if (status != STATUS_OK)
         return status;
     phases_fill(a, stamp);
-    return phase == PHASE_SKIP ? a->sink->skip(a->sink->user, stamp) : a->sink->stamp(a->sink->user, stamp);
+    if (phase != PHASE_SKIP)
+        return a->sink->stamp(a->sink->user, stamp);
+    uint32_t written = 0;
+    for (int i = 0; i < stamp->access_count; i++)
+        written |= stamp->accesses[i].written ? 1u << stamp->accesses[i].plane : 0;
+    if (written)
+        a->sink->skip(a->sink->user, stamp->tile, written);
+    return STATUS_OK;
 }
 
 static status fullscreen(arrival *a, const step *step)

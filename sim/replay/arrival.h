@@ -44,20 +44,19 @@ typedef struct block_range { uint64_t pass; depth_range range; } block_range;  /
 typedef struct phase_plan {
     uint64_t stamps, at;            // of the pass; the next one's number
     uint64_t begun;                 // primitives that began before it
-    uint64_t window_start;          // of the stratum at hand
-    uint32_t window;                // its number
+    stamp_phase phase;              // at hand
+    uint64_t until;                 // the stamp with which another one begins
     uint64_t head;                  // stamps of the head, once it has ended
     uint64_t filled_stamps, filled_quads;  // that came to units so far
-    bool in_head;                   // until its end in a pass that is too short for windows
+    uint64_t strata, stratum;       // how many; the number of the one at hand
+    uint64_t window, window_start;  // stamps of a window; of the stratum at hand
     bool whole;                     // a pass that has no windows however long
-    stamp_phase phase;              // that the sink knows of
-    bool told;                      // it knows of any
-    uint32_t window_told;
+    stamp_phase told;               // that the sink knows of, and
+    uint64_t told_stratum;          // of which stratum
 } phase_plan;
 
-// Stamps of a block that were passed over and not run yet (skip.c): their lanes do not overlap.
-typedef struct skipped { uint32_t chunk, record, next; } skipped;
-typedef struct skipped_block { uint32_t first, last; uint64_t lanes; } skipped_block;
+// The first of a block's stamps in chunk.blocks that was neither looked at nor run (skip.c), if it is of this visit of a chunk.
+typedef struct block_cursor { uint64_t visit; uint32_t next; } block_cursor;
 
 // Several stamps that one dispatch ran (pack.c); those from record `next` up to `end` have not been taken out.
 typedef struct stamp_pack {
@@ -118,9 +117,12 @@ struct arrival {
     stamp_pack pack;
     const stamp_sink *sink;
     phase_plan plan_of_phases;
-    skipped *skipped;
-    uint32_t skipped_count, skipped_capacity;
-    skipped_block *skipped_blocks;  // one a block
+    block_cursor *cursors;          // sampling: one a block
+    lane_log *skip_log;
+    const stamp_chunk *visited;     // whose stamps may have been passed over; NULL: none
+    const step *visit_step;
+    uint64_t visit;
+    uint32_t position;              // of the stamp at hand in that chunk
     plane_access accesses[PLANE_MAX * 2];
 
     // While it runs:
@@ -156,8 +158,7 @@ static inline uint32_t *arrival_plane(const arrival *a, int storage, uint32_t ti
 {
     return arrival_block(a, tile) + a->plan.plane_offset[storage];
 }
-// Whether hierarchical depth discards a stamp: then its kernel would change nothing (stamp_run.c). What was passed over and not
-// run yet can only narrow the block's range further, so a stamp that fails now would fail then.
+// Whether hierarchical depth discards a stamp: then its kernel would change nothing (stamp_run.c).
 bool stamp_discarded(arrival *arrival, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record);
 // Runs the kernel and sums up its log (dispatch.c).
 void dispatch_run(arrival *arrival, int kernel, const tile_plane *planes, const batch *batch);
@@ -187,8 +188,6 @@ void stamp_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const
 // The same on the lanes of a block alone; `record` NULL: a full-screen pass.
 void block_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
                    uint64_t lanes, stamp *stamp);
-// Runs stamps that were passed over, from number `first` on, as one; describes which planes they read and wrote alone.
-void stamp_execute_merged(arrival *arrival, int kernel, uint32_t first, uint32_t tile, uint64_t lanes, stamp *stamp);
 // Leaves of a full-screen stamp only what it did to these lanes.
 void stamp_cut(arrival *arrival, uint64_t lanes, stamp *stamp);
 // Calls body for each stamp of the draws, in the machine's order (arrival.c).
@@ -199,10 +198,19 @@ status begin_pass(arrival *arrival, pass_kind kind, const char *name, bool numbe
 void phases_begin(arrival *arrival, uint64_t stamps);
 void phases_fill(arrival *arrival, const stamp *stamp);  // it went through units
 status phases_next(arrival *arrival, bool begins_primitive, stamp_phase *phase);
-// Sampling (skip.c): a stamp to be run without being looked at, later, together with others of its block.
-status skip_stamp(arrival *arrival, const step *step, uint32_t chunk, uint32_t record);
-status skip_run_tile(arrival *arrival, const step *step, uint32_t tile);  // runs those of a block now
-status skip_run_all(arrival *arrival, const step *step);
+static inline bool phases_skip(const arrival *a)  // the stamp at hand is passed over
+{
+    return a->plan_of_phases.phase == PHASE_SKIP;
+}
+bool draws_class(const arrival *arrival, const step *step, uint32_t draw);
+// Sampling (skip.c); without it, none of these does anything. A chunk comes; stamp `number`, of this block, is looked at; what of a block
+// came before the stamp at hand has been run; all of the chunk has.
+status skip_make(arrival *arrival);
+void skip_free(arrival *arrival);
+void skip_begin(arrival *arrival, const step *step, const stamp_chunk *chunk);
+void skip_pass_by(arrival *arrival, uint32_t tile, uint32_t number);
+void skip_catch_up(arrival *arrival, uint32_t tile);
+void skip_end(arrival *arrival);
 // A `list` step: keeps, then sorts and blends (arrival_list.c).
 status arrival_list(arrival *arrival, const step *step);
 

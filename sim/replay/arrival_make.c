@@ -13,6 +13,7 @@ static status refuse_memory(const arrival *a)
 
 static const uint32_t *contents(void *user, int plane, uint32_t tile)
 {
+    skip_catch_up(user, tile);
     return arrival_plane(user, plane, tile);
 }
 
@@ -48,9 +49,11 @@ static status make_stamps(arrival *a, trace *trace)
         .depth_formats = bound_depth_formats(a->bound) | lists,
         .range_format = a->machine->depth_format,
         .color = lists || bound_reads(a->bound, SOURCE_FRAGMENT_COLOR) || bound_reads(a->bound, SOURCE_FRAGMENT_PREMUL),
+        .primitive = bound_reads(a->bound, SOURCE_PRIMITIVE),
         .memory_bytes = a->options.memory_bytes ? a->options.memory_bytes : DEFAULT_MEMORY,
         .tiles = a->options.tiles,
         .region_pixels = a->options.region_pixels,
+        .blocks = a->options.sampling && !a->options.region_pixels,
     };
     return stamps_make(trace, &a->tiling, &request, a->report, &a->stamps);
 }
@@ -128,6 +131,8 @@ status arrival_create(const program *program, const machine *machine, trace *tra
         status = make_stamps(a, trace);
     if (status == STATUS_OK)
         status = make_planes(a);
+    if (status == STATUS_OK && options->sampling)
+        status = skip_make(a);
     if (status == STATUS_OK && options->region_pixels)
         status = order_frame(a);
     if (status == STATUS_OK)
@@ -158,8 +163,7 @@ void arrival_destroy(arrival *a)
     free(a->pack.words);
     free(a->entries);
     free(a->ranges);
-    free(a->skipped);
-    free(a->skipped_blocks);
+    skip_free(a);
     free(a);
 }
 

@@ -5,42 +5,49 @@
 
 sampling sampling_default(void)
 {
-    return (sampling){.head = 256, .lead = 1024, .window = 512, .period = 8192, .seed = 1};
+    return (sampling){.head = 256, .warm = 2048, .lead = 1024, .window = 512, .period = 8192, .seed = 1};
 }
 
 // A random number below `below` from the seed, the pass and the stratum (splitmix64).
 static uint64_t draw_place(const arrival *a, uint64_t below)
 {
     uint64_t x = a->options.sampling->seed * UINT64_C(0x9e3779b97f4a7c15) + a->passes_begun * UINT64_C(0xbf58476d1ce4e5b9) +
-                 a->plan_of_phases.window * UINT64_C(0x94d049bb133111eb);
+                 a->plan_of_phases.stratum * UINT64_C(0x94d049bb133111eb);
     x = (x ^ x >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
     x = (x ^ x >> 27) * UINT64_C(0x94d049bb133111eb);
     return (x ^ x >> 31) % below;
 }
 
-// Strata share what lies behind the head evenly: two at least, since one window alone tells nothing of how windows differ.
-static uint64_t strata(const arrival *a)
+// Long passes have longer windows, so that leads weigh less; the part that is measured stays the same.
+static void cut(arrival *a)
 {
-    const uint64_t count = (a->plan_of_phases.stamps - a->plan_of_phases.head) / a->options.sampling->period;
-    return count > 2 ? count : 2;
+    enum { STRATA = 8, LONGER_MOST = 8 };
+    phase_plan *p = &a->plan_of_phases;
+    const sampling *s = a->options.sampling;
+    const uint64_t behind = p->stamps - p->head, every = s->period / s->window;
+    const uint64_t window = behind / (every * STRATA), most = (uint64_t)LONGER_MOST * s->window;
+    p->window = window < s->window ? s->window : window < most ? window : most;
+    p->strata = behind / (every * p->window);
+    p->strata = p->strata > 2 ? p->strata : 2;  // one window alone tells nothing of how windows differ
 }
 
-static uint64_t stratum_start(const arrival *a, uint64_t number)
+// Strata share what lies behind the head evenly.
+static uint64_t stratum_start(const phase_plan *p, uint64_t number)
 {
-    const uint64_t middle = a->plan_of_phases.stamps - a->plan_of_phases.head;
-    return a->plan_of_phases.head + middle / strata(a) * number + middle % strata(a) * number / strata(a);
+    const uint64_t behind = p->stamps - p->head;
+    return p->head + behind / p->strata * number + behind % p->strata * number / p->strata;
 }
 
 static void place_window(arrival *a)
 {
     phase_plan *p = &a->plan_of_phases;
-    const uint64_t start = stratum_start(a, p->window), end = stratum_start(a, p->window + 1ull);
-    p->window_start = p->window < strata(a) ? start + draw_place(a, end - start - a->options.sampling->window + 1) : UINT64_MAX;
+    const uint64_t start = stratum_start(p, p->stratum), end = stratum_start(p, p->stratum + 1);
+    p->window_start = p->stratum < p->strata ? start + draw_place(a, end - start - p->window + 1) : p->stamps;
 }
 
 void phases_begin(arrival *a, uint64_t stamps)
 {
-    a->plan_of_phases = (phase_plan){.stamps = stamps, .in_head = true};
+    a->plan_of_phases = (phase_plan){.stamps = stamps, .phase = PHASE_HEAD, .until = UINT64_MAX};
     a->passes_begun++;
 }
 
@@ -50,7 +57,7 @@ void phases_fill(arrival *a, const stamp *stamp)
     a->plan_of_phases.filled_quads += stamp->hierarchical ? 0 : stamp->quads;
 }
 
-// The head ends when stamps came that fill all queues: until then the rasterizer runs ahead of units at a speed of its own. Where most
+// The head ends when stamps came that fill all queues: until then the rasterizer runs ahead at a speed of its own. Where most
 // stamps are discarded queues need not fill at all.
 static void end_head(arrival *a)
 {
@@ -66,43 +73,43 @@ static void end_head(arrival *a)
     // Windows, their leads and the pass's end must be worth it; else the rest is measured, too.
     if (p->stamps < p->at + 4ull * (s->lead + s->window))
         return;
-    p->in_head = false;
-    p->head = p->at;
+    p->head = p->until = p->at;
+    cut(a);
     place_window(a);
 }
 
-static stamp_phase phase_of(const arrival *a, uint64_t at)
+// The phase that begins with the next stamp, and where it ends.
+static void next_phase(arrival *a)
 {
-    const phase_plan *p = &a->plan_of_phases;
-    if (p->in_head)
-        return PHASE_HEAD;
-    if (p->window_start != UINT64_MAX && at >= p->window_start)
-        return PHASE_MEASURE;
-    const uint64_t next = p->window_start != UINT64_MAX ? p->window_start : p->stamps;
-    return at + a->options.sampling->lead >= next ? PHASE_LEAD : PHASE_SKIP;
+    phase_plan *p = &a->plan_of_phases;
+    const sampling *s = a->options.sampling;
+    if (p->phase == PHASE_MEASURE) {
+        p->stratum++;
+        place_window(a);
+    }
+    const uint64_t start = p->window_start, lead = start - p->at < s->lead ? p->at : start - s->lead;
+    const uint64_t warm = lead - p->at < s->warm ? p->at : lead - s->warm;
+    p->phase = p->at < warm ? PHASE_SKIP : p->at < lead ? PHASE_WARM : p->at < start ? PHASE_LEAD : PHASE_MEASURE;
+    p->until = p->at < warm ? warm : p->at < lead ? lead : p->at < start ? start : start + p->window;
 }
 
 status phases_next(arrival *a, bool begins_primitive, stamp_phase *phase)
 {
     phase_plan *p = &a->plan_of_phases;
-    if (!a->options.sampling) {
-        *phase = PHASE_HEAD;
-        return STATUS_OK;
-    }
-    if (p->in_head)
+    status status = STATUS_OK;
+    *phase = PHASE_HEAD;
+    if (!a->options.sampling)
+        return status;
+    if (p->phase == PHASE_HEAD)
         end_head(a);
-    else if (p->window_start != UINT64_MAX && p->at == p->window_start + a->options.sampling->window) {
-        p->window++;
-        place_window(a);
-    }
-    *phase = phase_of(a, p->at++);
-    const uint64_t begun = p->begun;
+    if (p->at == p->until)
+        next_phase(a);
+    if (p->at == 0 || p->phase != p->told || p->stratum != p->told_stratum)
+        status = a->sink->phase(a->sink->user, p->phase, p->begun);
+    p->told = p->phase;
+    p->told_stratum = p->stratum;
+    p->at++;
     p->begun += begins_primitive;
-    const bool next_window = *phase == PHASE_MEASURE && p->window != p->window_told;
-    if (p->told && *phase == p->phase && !next_window)
-        return STATUS_OK;
-    p->told = true;
-    p->window_told = p->window;
-    p->phase = *phase;
-    return a->sink->phase(a->sink->user, *phase, p->window, begun);
+    *phase = p->phase;
+    return status;
 }

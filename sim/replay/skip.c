@@ -1,85 +1,116 @@
-// Stamps that nobody looks at: those of a block are run together, as long as no sample occurs twice, since order matters to a
-// sample alone. They are run before the next stamp is looked at, and before the pass or the chunk ends.
+// Stamps that nobody looks at. They are passed over, and run block by block when somebody looks at the block: before one of its
+// stamps is looked at, when its content is asked for, and at the latest before the pass or the chunk ends.
+//
+// A kernel touches its own sample only, so a block's stamps need no order but their own, and those that share no sample can run
+// together. Nobody can tell that they ran late.
 #include "arrival.h"
 
 #include <stdlib.h>
 
-static const uint32_t NOTHING = UINT32_MAX;
-
-static const stamp_record *record_of(const arrival *a, const skipped *s)
+status skip_make(arrival *a)
 {
-    return &a->stamps.chunks[s->chunk].records[s->record];
+    a->cursors = calloc(a->tiling.tile_count, sizeof *a->cursors);
+    a->skip_log = calloc(2 * WORD_MAX, sizeof *a->skip_log);
+    return a->cursors && a->skip_log ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that are passed over");
 }
 
-static status refuse_memory(const arrival *a)
+void skip_free(arrival *a)
 {
-    return report_error(a->report, STATUS_IO, "out of memory: stamps that are passed over");
+    free(a->cursors);
+    free(a->skip_log);
 }
 
-static bool make_blocks(arrival *a)
+void skip_begin(arrival *a, const step *step, const stamp_chunk *chunk)
 {
-    const uint32_t tiles = a->tiling.tile_count;
-    a->skipped_blocks = calloc(tiles, sizeof *a->skipped_blocks);
-    return a->skipped_blocks;
+    const bool runs = a->options.sampling && step->kind == STEP_DRAW && !a->options.region_pixels;
+    a->visited = runs ? chunk : NULL;
+    a->visit_step = step;
+    a->visit++;
+    a->position = 0;
 }
 
-status skip_stamp(arrival *a, const step *step, uint32_t chunk, uint32_t record)
+static block_cursor *cursor_of(arrival *a, uint32_t tile)
 {
-    const stamp_record *r = &a->stamps.chunks[chunk].records[record];
-    if (stamp_discarded(a, &a->uses[step->kernel], &a->stamps.chunks[chunk], r))
-        return STATUS_OK;
-    if (!a->skipped_blocks && !make_blocks(a))
-        return refuse_memory(a);
-    skipped_block *block = &a->skipped_blocks[r->tile];
-    if (block->lanes & r->lanes) {
-        const status status = skip_run_tile(a, step, r->tile);
-        if (status != STATUS_OK)
-            return status;
+    block_cursor *cursor = &a->cursors[tile];
+    if (cursor->visit != a->visit)
+        *cursor = (block_cursor){a->visit, a->visited->blocks.starts[tile]};
+    return cursor;
+}
+
+// Runs these lanes of one batch; returns the planes written, a bit each storage.
+static uint32_t run_batch(arrival *a, uint32_t tile, const tile_plane *planes, const block_batch *stamps, uint64_t lanes)
+{
+    const int kernel = a->visit_step->kernel;
+    const kernel_use *use = &a->uses[kernel];
+    const block_order *blocks = &a->visited->blocks;
+    const size_t first = (size_t)(stamps - blocks->batches) * TILE_LANES;
+    batch batch = {.lanes = lanes, .log = a->skip_log, .primitive = blocks->primitive ? blocks->primitive + first : NULL};
+    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1)
+        batch.depth[__builtin_ctz(formats)] = blocks->codes[__builtin_ctz(formats)] + first;
+    for (int c = 0; use->color && c < 4; c++)
+        batch.rgba[c] = blocks->rgba[c] + first;
+    a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
+    uint32_t written = 0;
+    for (int i = 0; i < use->access_count; i++)
+        if (use->accesses[i].write && a->skip_log[use->accesses[i].instruction].executed)
+            written |= 1u << a->plane_at[use->accesses[i].plane];
+    if (use->depth_write)
+        a->ranges[tile].pass = 0;
+    return written;
+}
+
+// Lanes of a batch's stamps from *at on that came before the stamp at hand; *at becomes the first that did not.
+static uint64_t lanes_before(const arrival *a, const block_batch *batch, uint32_t *at)
+{
+    const block_stamp *stamps = a->visited->blocks.stamps;
+    const bool all = stamps[batch->end - 1].number < a->position;
+    uint64_t lanes = all && *at == batch->first ? batch->lanes : 0;
+    if (lanes)
+        *at = batch->end;
+    for (; *at < batch->end && stamps[*at].number < a->position; ++*at)
+        lanes |= stamps[*at].lanes;
+    return lanes;
+}
+
+void skip_catch_up(arrival *a, uint32_t tile)
+{
+    if (!a->visited)
+        return;
+    const block_order *blocks = &a->visited->blocks;
+    block_cursor *cursor = cursor_of(a, tile);
+    const uint32_t end = blocks->starts[tile + 1];
+    uint32_t at = cursor->next, written = 0;
+    if (at == end || blocks->stamps[at].number >= a->position)
+        return;
+    tile_plane planes[PLANE_MAX];
+    for (int i = 0; i < a->program->plane_count; i++)
+        planes[i] = arrival_plane(a, a->plane_at[i], tile);
+    while (at < end && blocks->stamps[at].number < a->position) {
+        const block_batch *batch = &blocks->batches[blocks->stamps[at].batch];
+        const uint64_t lanes = lanes_before(a, batch, &at);
+        if (draws_class(a, a->visit_step, batch->draw))
+            written |= run_batch(a, tile, planes, batch, lanes);
     }
-    if (a->skipped_count == a->skipped_capacity) {
-        const uint32_t capacity = a->skipped_capacity ? 2 * a->skipped_capacity : 4096;
-        skipped *grown = realloc(a->skipped, (size_t)capacity * sizeof *grown);
-        if (!grown)
-            return refuse_memory(a);
-        a->skipped = grown;
-        a->skipped_capacity = capacity;
-    }
-    a->skipped[a->skipped_count] = (skipped){chunk, record, NOTHING};
-    if (block->lanes)
-        a->skipped[block->last].next = a->skipped_count;
-    else
-        block->first = a->skipped_count;
-    block->last = a->skipped_count++;
-    block->lanes |= r->lanes;
-    return STATUS_OK;
+    cursor->next = at;
+    if (written)
+        a->sink->skip(a->sink->user, tile, written);
 }
 
-status skip_run_tile(arrival *a, const step *step, uint32_t tile)
+void skip_pass_by(arrival *a, uint32_t tile, uint32_t number)
 {
-    skipped_block *block = a->skipped_blocks ? &a->skipped_blocks[tile] : NULL;
-    if (!block || !block->lanes)
-        return STATUS_OK;
-    stamp stamp = {0};
-    const uint64_t lanes = block->lanes;
-    block->lanes = 0;
-    const skipped *first = &a->skipped[block->first];
-    if (first->next == NOTHING) {
-        block_execute(a, step->kernel, &a->stamps.chunks[first->chunk], record_of(a, first), tile, lanes, &stamp);
-    } else {
-        stamp_execute_merged(a, step->kernel, block->first, tile, lanes, &stamp);
-    }
-    return a->sink->skip(a->sink->user, &stamp);
+    a->position = number;
+    if (!a->visited)
+        return;
+    skip_catch_up(a, tile);
+    cursor_of(a, tile)->next++;
 }
 
-// Blocks go in the order of their last stamps, so that caches end up with what they would hold: the lines used last.
-status skip_run_all(arrival *a, const step *step)
+void skip_end(arrival *a)
 {
-    status status = STATUS_OK;
-    for (uint32_t i = 0; status == STATUS_OK && i < a->skipped_count; i++) {
-        const uint32_t tile = record_of(a, &a->skipped[i])->tile;
-        if (a->skipped[i].next == NOTHING && a->skipped_blocks[tile].last == i)
-            status = skip_run_tile(a, step, tile);
-    }
-    a->skipped_count = 0;
-    return status;
+    if (!a->visited)
+        return;
+    a->position = a->visited->count;
+    for (uint32_t tile = 0; tile < a->tiling.tile_count; tile++)
+        skip_catch_up(a, tile);
+    a->visited = NULL;
 }

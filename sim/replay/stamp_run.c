@@ -143,41 +143,6 @@ void block_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
     describe(a, use, &part, stamp);
 }
 
-// The columns of several stamps, over lanes of their own.
-static void spread_merged(arrival *a, const kernel_use *use, uint32_t first, batch *batch)
-{
-    uint32_t *next = a->lanes_of_columns;
-    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, next += TILE_LANES)
-        batch->depth[__builtin_ctz(formats)] = next;
-    for (int c = 0; use->color && c < 4; c++, next += TILE_LANES)
-        batch->rgba[c] = (const float *)(const void *)next;
-    batch->primitive = next;
-    for (uint32_t i = first; i != UINT32_MAX; i = a->skipped[i].next) {
-        const stamp_chunk *chunk = &a->stamps.chunks[a->skipped[i].chunk];
-        const stamp_record *record = &chunk->records[a->skipped[i].record];
-        uint32_t *to = a->lanes_of_columns;
-        for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, to += TILE_LANES)
-            expand_lanes(to, chunk->codes[__builtin_ctz(formats)] + record->offset, record->lanes);
-        for (int c = 0; use->color && c < 4; c++, to += TILE_LANES)
-            expand_lanes(to, chunk->rgba[c] + record->offset, record->lanes);
-        for (uint64_t left = use->primitive ? record->lanes : 0; left; left &= left - 1)
-            to[__builtin_ctzll(left)] = record->primitive;
-    }
-}
-
-void stamp_execute_merged(arrival *a, int kernel, uint32_t first, uint32_t tile, uint64_t lanes, stamp *stamp)
-{
-    const kernel_use *use = &a->uses[kernel];
-    tile_plane planes[PLANE_MAX];
-    batch batch = {.lanes = lanes, .log = a->log};
-    for (int i = 0; i < a->program->plane_count; i++)
-        planes[i] = arrival_plane(a, a->plane_at[i], tile);
-    spread_merged(a, use, first, &batch);
-    dispatch_run(a, kernel, planes, &batch);
-    *stamp = (struct stamp){.tile = tile, .lanes = lanes, .shaded = lanes, .draw = UINT32_MAX, .accesses = a->accesses};
-    describe_accesses(a, use, &(dispatch_part){.lanes = lanes}, false, stamp);
-}
-
 void stamp_cut(arrival *a, uint64_t lanes, stamp *stamp)
 {
     stamp->lanes &= lanes;

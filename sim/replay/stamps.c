@@ -72,6 +72,7 @@ static void chunk_free(stamp_chunk *chunk)
         free(chunk->codes[f]);
     for (int c = 0; c < 4; c++)
         free(chunk->rgba[c]);
+    block_order_free(&chunk->blocks);
     *chunk = (stamp_chunk){0};
 }
 
@@ -107,7 +108,10 @@ static bool chunk_reserve(const stamp_request *request, stamp_chunk *chunk, uint
 static uint64_t chunk_bytes(const stamp_request *request, const stamp_chunk *chunk)
 {
     const uint64_t each = 4 * (uint64_t)__builtin_popcount(request->depth_formats) + (request->color ? 16 : 0);
-    return chunk->fragment_capacity * each + chunk->capacity * sizeof *chunk->records;
+    const block_order *blocks = &chunk->blocks;
+    const uint64_t in_blocks = blocks->batch_count * (TILE_LANES * (each + 4 * request->primitive)) +
+                               (blocks->stamps ? chunk->count * (sizeof *blocks->stamps + sizeof *blocks->batches) : 0);
+    return chunk->fragment_capacity * each + chunk->capacity * sizeof *chunk->records + in_blocks;
 }
 
 // Puts the stamp into the pack at hand, or begins one with it.
@@ -262,6 +266,8 @@ static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
         if (counting)
             report_progress(s->report, "reading stamps", chunk->fragment_count + (uint64_t)s->chunk_count * CHUNK_FRAGMENTS, total);
     }
+    if (s->request.blocks && !block_order_make(chunk, &s->request, s->tiling->tile_count, &chunk->blocks))
+        return refuse_memory(s->report);
     return STATUS_OK;
 }
 

@@ -16,21 +16,45 @@ typedef struct stamp_record {
     uint32_t nearest, farthest;  // code of its fragments' depths, in stamp_request.range_format
 } stamp_record;
 
+// Stamps of a chunk block by block, each block's in order of arrival, and those of a block and draw that share no sample as batches
+// of 64 lanes, ready for dispatch (block_order.c).
+typedef struct block_stamp {
+    uint64_t lanes;
+    uint32_t number;        // in order of arrival
+    uint32_t batch;
+} block_stamp;
+typedef struct block_batch {
+    uint64_t lanes;
+    uint32_t first, end;    // its stamps
+    uint32_t draw;
+} block_batch;
+typedef struct block_order {
+    block_stamp *stamps;
+    uint32_t *starts;       // of each block, and one past the last one's end
+    block_batch *batches;
+    uint32_t batch_count;
+    uint32_t *codes[FORMAT_COUNT], *primitive;  // 64 lanes a batch; NULL if not asked for
+    float *rgba[4];
+} block_order;
+
 typedef struct stamp_chunk {
     stamp_record *records;
     uint32_t count, capacity;
     uint64_t fragment_count, fragment_capacity;
     uint32_t *codes[FORMAT_COUNT];  // of the formats asked for
     float *rgba[4];                 // if asked for
+    block_order blocks;             // if asked for
 } stamp_chunk;
 
 typedef struct stamp_request {
     uint32_t depth_formats;  // bit f: codes of format f
     format range_format;     // in which stamps know their range of depth, if it is one of these
     bool color;
+    bool primitive;          // in order of blocks; records have it
     uint64_t memory_bytes;
     const uint8_t *tiles;    // NULL, or one a block: only those that are not 0
     uint32_t region_pixels;  // not 0: also put into order of regions
+    bool blocks;             // also put into order of blocks
 } stamp_request;
 
 // A stamp in order of regions.
@@ -61,6 +85,9 @@ void stamps_free(stamps *stamps);
 status stamps_rewind(stamps *stamps);
 // The next chunk, NULL at the end; valid until the next call.
 status stamps_next(stamps *stamps, const stamp_chunk **chunk);
+// Both of a chunk that is complete; false: out of memory. Free also after a failure (block_order.c).
+bool block_order_make(const stamp_chunk *chunk, const stamp_request *request, uint32_t tile_count, block_order *order);
+void block_order_free(block_order *order);
 // The number of the region that a block lies in, by rows.
 uint32_t stamps_region(const stamps *stamps, uint32_t tile);
 

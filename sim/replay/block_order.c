@@ -1,0 +1,99 @@
+// A chunk of stamps in, the same stamps block by block out.
+//
+// Sampling passes over most stamps of a pass and runs them later, block by block. In order of arrival a block's fragments lie all
+// over the chunk; here they lie in batches ready for dispatch, so that nothing is looked for and nothing is moved.
+#include "stamps.h"
+
+#include <stdlib.h>
+
+void block_order_free(block_order *order)
+{
+    free(order->stamps);
+    free(order->batches);
+    free(order->starts);
+    free(order->primitive);
+    for (int f = 0; f < FORMAT_COUNT; f++)
+        free(order->codes[f]);
+    for (int c = 0; c < 4; c++)
+        free(order->rgba[c]);
+    *order = (block_order){0};
+}
+
+// All stamps by block, each block's in order of arrival. When all have their places, `starts` holds each block's first.
+static void sort(const stamp_chunk *chunk, uint32_t tile_count, block_order *order)
+{
+    uint32_t *next = order->starts + 1;
+    for (uint32_t r = 0; r < chunk->count; r++)
+        next[chunk->records[r].tile + 1]++;
+    for (uint32_t t = 0; t < tile_count; t++)
+        next[t + 1] += next[t];
+    for (uint32_t r = 0; r < chunk->count; r++)
+        order->stamps[next[chunk->records[r].tile]++] = (block_stamp){chunk->records[r].lanes, r, 0};
+}
+
+// Stamps of one block and draw that share no sample make a batch.
+static void make_batches(const stamp_chunk *chunk, block_order *order)
+{
+    const stamp_record *before = NULL;
+    for (uint32_t i = 0; i < chunk->count; i++) {
+        const stamp_record *record = &chunk->records[order->stamps[i].number];
+        block_batch *batch = &order->batches[order->batch_count - !!before];
+        if (!before || before->tile != record->tile || before->draw != record->draw || (batch->lanes & record->lanes)) {
+            batch = &order->batches[order->batch_count++];
+            *batch = (block_batch){.first = i, .draw = record->draw};
+        }
+        batch->lanes |= record->lanes;
+        batch->end = i + 1;
+        order->stamps[i].batch = order->batch_count - 1;
+        before = record;
+    }
+}
+
+// Lanes without a fragment are read, if not used.
+static bool make_columns(const stamp_request *request, block_order *order)
+{
+    const size_t lanes = ((size_t)order->batch_count + 1) * TILE_LANES;
+    bool good = true;
+    for (int f = 0; good && f < FORMAT_COUNT; f++)
+        if (request->depth_formats >> f & 1)
+            good = (order->codes[f] = calloc(lanes, sizeof *order->codes[f]));
+    for (int c = 0; good && request->color && c < 4; c++)
+        good = (order->rgba[c] = calloc(lanes, sizeof *order->rgba[c]));
+    if (good && request->primitive)
+        good = (order->primitive = calloc(lanes, sizeof *order->primitive));
+    return good;
+}
+
+static void fill_columns(const stamp_chunk *chunk, block_order *order)
+{
+    for (uint32_t i = 0; i < chunk->count; i++) {
+        const stamp_record *record = &chunk->records[order->stamps[i].number];
+        const size_t to = (size_t)order->stamps[i].batch * TILE_LANES;
+        uint64_t from = record->offset;
+        for (uint64_t left = record->lanes; left; left &= left - 1, from++) {
+            const size_t lane = to + (size_t)__builtin_ctzll(left);
+            for (int f = 0; f < FORMAT_COUNT; f++)
+                if (order->codes[f])
+                    order->codes[f][lane] = chunk->codes[f][from];
+            for (int c = 0; order->rgba[0] && c < 4; c++)
+                order->rgba[c][lane] = chunk->rgba[c][from];
+            if (order->primitive)
+                order->primitive[lane] = record->primitive;
+        }
+    }
+}
+
+bool block_order_make(const stamp_chunk *chunk, const stamp_request *request, uint32_t tile_count, block_order *order)
+{
+    order->stamps = malloc(((size_t)chunk->count + 1) * sizeof *order->stamps);
+    order->batches = malloc(((size_t)chunk->count + 1) * sizeof *order->batches);
+    order->starts = calloc((size_t)tile_count + 2, sizeof *order->starts);
+    if (!order->stamps || !order->batches || !order->starts)
+        return false;
+    sort(chunk, tile_count, order);
+    make_batches(chunk, order);
+    if (!make_columns(request, order))
+        return false;
+    fill_columns(chunk, order);
+    return true;
+}
