@@ -94,14 +94,41 @@ static void prefetch(const arrival *a, const step *step, const stamp_record *rec
     }
 }
 
+// Whether the step draws all stamps of a chunk.
+static bool draws_all(const arrival *a, const step *step, const stamp_chunk *chunk)
+{
+    bool all = true;
+    for (uint32_t d = chunk->first_draw; all && chunk->count && d <= chunk->last_draw; d++)
+        all = draws_class(a, step, d);
+    return all;
+}
+
+// How many of the chunk's stamps from number `first` on are passed over.
+static uint32_t pass_over(arrival *a, const stamp_chunk *chunk, uint32_t first)
+{
+    phase_plan *p = &a->plan_of_phases;
+    const uint32_t left = chunk->count - first, count = p->until - p->at < left ? (uint32_t)(p->until - p->at) : left;
+    const stamp_record *last = &chunk->records[first + count - 1];
+    if (!count)
+        return 0;
+    p->at += count;
+    p->begun += last->begun + last->begins_primitive - chunk->records[first].begun;
+    return count;
+}
+
 status each_stamp(arrival *a, const step *step, stamp_body *body)
 {
     if (a->options.region_pixels)
         return each_by_region(a, step, body);
     status status = stamps_rewind(&a->stamps);
     for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;) {
+        const bool all = draws_all(a, step, chunk);
         skip_begin(a, step, chunk);
         for (uint32_t i = 0; status == STATUS_OK && i < chunk->count; i++) {
+            if (all && phases_skip(a))
+                i += pass_over(a, chunk, i);
+            if (i == chunk->count)
+                break;
             if (step->kind == STEP_DRAW && i + STAMPS_AHEAD < chunk->count && !phases_skip(a))
                 prefetch(a, step, &chunk->records[i + STAMPS_AHEAD]);
             if (draws_class(a, step, chunk->records[i].draw))

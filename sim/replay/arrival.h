@@ -118,7 +118,7 @@ struct arrival {
     const stamp_sink *sink;
     phase_plan plan_of_phases;
     block_cursor *cursors;          // sampling: one a block
-    lane_log *skip_log;
+    uint64_t *skip_counts, *skip_counts_seen;
     const stamp_chunk *visited;     // whose stamps may have been passed over; NULL: none
     const step *visit_step;
     uint64_t visit;

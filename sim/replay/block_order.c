@@ -44,6 +44,7 @@ static void make_batches(const stamp_chunk *chunk, block_order *order)
         }
         batch->lanes |= record->lanes;
         batch->end = i + 1;
+        batch->last = order->stamps[i].number;
         order->stamps[i].batch = order->batch_count - 1;
         before = record;
     }

@@ -10,14 +10,16 @@
 status skip_make(arrival *a)
 {
     a->cursors = calloc(a->tiling.tile_count, sizeof *a->cursors);
-    a->skip_log = calloc(2 * WORD_MAX, sizeof *a->skip_log);
-    return a->cursors && a->skip_log ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that are passed over");
+    a->skip_counts = calloc((size_t)a->plan.count_total + 1, sizeof *a->skip_counts);
+    a->skip_counts_seen = calloc((size_t)a->plan.count_total + 1, sizeof *a->skip_counts_seen);
+    return a->cursors && a->skip_counts && a->skip_counts_seen ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that are passed over");
 }
 
 void skip_free(arrival *a)
 {
     free(a->cursors);
-    free(a->skip_log);
+    free(a->skip_counts);
+    free(a->skip_counts_seen);
 }
 
 void skip_begin(arrival *a, const step *step, const stamp_chunk *chunk)
@@ -37,36 +39,45 @@ static block_cursor *cursor_of(arrival *a, uint32_t tile)
     return cursor;
 }
 
-// Runs these lanes of one batch; returns the planes written, a bit each storage.
-static uint32_t run_batch(arrival *a, uint32_t tile, const tile_plane *planes, const block_batch *stamps, uint64_t lanes)
+// Planes that the kernel wrote since this was asked last, a bit each storage: its writes count how often they are executed.
+static uint32_t written_since(arrival *a, int kernel)
+{
+    const kernel_use *use = &a->uses[kernel];
+    const uint64_t *counts = a->skip_counts + a->plan.count_offset[kernel];
+    uint64_t *seen = a->skip_counts_seen + a->plan.count_offset[kernel];
+    uint32_t written = 0;
+    for (int i = 0; i < use->access_count; i++) {
+        const uint16_t at = use->accesses[i].instruction;
+        if (use->accesses[i].write && counts[at] != seen[at])
+            written |= 1u << a->plane_at[use->accesses[i].plane];
+        seen[at] = counts[at];
+    }
+    return written;
+}
+
+static void run_batch(arrival *a, const tile_plane *planes, const block_batch *stamps, uint64_t lanes)
 {
     const int kernel = a->visit_step->kernel;
     const kernel_use *use = &a->uses[kernel];
     const block_order *blocks = &a->visited->blocks;
     const size_t first = (size_t)(stamps - blocks->batches) * TILE_LANES;
-    batch batch = {.lanes = lanes, .log = a->skip_log, .primitive = blocks->primitive ? blocks->primitive + first : NULL};
+    batch batch = {.lanes = lanes, .primitive = blocks->primitive ? blocks->primitive + first : NULL};
     for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1)
         batch.depth[__builtin_ctz(formats)] = blocks->codes[__builtin_ctz(formats)] + first;
     for (int c = 0; use->color && c < 4; c++)
         batch.rgba[c] = blocks->rgba[c] + first;
-    a->execute(a->bound, kernel, planes, &batch, a->counts + a->plan.count_offset[kernel]);
-    uint32_t written = 0;
-    for (int i = 0; i < use->access_count; i++)
-        if (use->accesses[i].write && a->skip_log[use->accesses[i].instruction].executed)
-            written |= 1u << a->plane_at[use->accesses[i].plane];
-    if (use->depth_write)
-        a->ranges[tile].pass = 0;
-    return written;
+    a->execute(a->bound, kernel, planes, &batch, a->skip_counts + a->plan.count_offset[kernel]);
 }
 
 // Lanes of a batch's stamps from *at on that came before the stamp at hand; *at becomes the first that did not.
 static uint64_t lanes_before(const arrival *a, const block_batch *batch, uint32_t *at)
 {
     const block_stamp *stamps = a->visited->blocks.stamps;
-    const bool all = stamps[batch->end - 1].number < a->position;
-    uint64_t lanes = all && *at == batch->first ? batch->lanes : 0;
-    if (lanes)
+    uint64_t lanes = 0;
+    if (*at == batch->first && batch->last < a->position) {
         *at = batch->end;
+        return batch->lanes;
+    }
     for (; *at < batch->end && stamps[*at].number < a->position; ++*at)
         lanes |= stamps[*at].lanes;
     return lanes;
@@ -79,21 +90,25 @@ void skip_catch_up(arrival *a, uint32_t tile)
     const block_order *blocks = &a->visited->blocks;
     block_cursor *cursor = cursor_of(a, tile);
     const uint32_t end = blocks->starts[tile + 1];
-    uint32_t at = cursor->next, written = 0;
+    uint32_t at = cursor->next;
     if (at == end || blocks->stamps[at].number >= a->position)
         return;
     tile_plane planes[PLANE_MAX];
     for (int i = 0; i < a->program->plane_count; i++)
         planes[i] = arrival_plane(a, a->plane_at[i], tile);
-    while (at < end && blocks->stamps[at].number < a->position) {
-        const block_batch *batch = &blocks->batches[blocks->stamps[at].batch];
+    for (const block_batch *batch = &blocks->batches[blocks->stamps[at].batch]; at < end; batch++) {
         const uint64_t lanes = lanes_before(a, batch, &at);
-        if (draws_class(a, a->visit_step, batch->draw))
-            written |= run_batch(a, tile, planes, batch, lanes);
+        if (lanes && draws_class(a, a->visit_step, batch->draw))
+            run_batch(a, planes, batch, lanes);
+        if (at < batch->end)
+            break;
     }
     cursor->next = at;
+    const uint32_t written = written_since(a, a->visit_step->kernel);
     if (written)
         a->sink->skip(a->sink->user, tile, written);
+    if (written && a->uses[a->visit_step->kernel].depth_write)
+        a->ranges[tile].pass = 0;
 }
 
 void skip_pass_by(arrival *a, uint32_t tile, uint32_t number)

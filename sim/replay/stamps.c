@@ -134,12 +134,16 @@ static void pack_record(stamp_pending *p, bool first, stamp_record *record)
 static void put_records(const stamps *s, stamp_pending *p, stamp_chunk *chunk)
 {
     const tiling *t = s->tiling;
+    const stamp_record *last = chunk->count ? &chunk->records[chunk->count - 1] : NULL;
+    const uint32_t begun = last ? last->begun + last->begins_primitive : 0;
     uint64_t offset = chunk->fragment_count;
+    chunk->first_draw = last && chunk->first_draw < p->draw ? chunk->first_draw : p->draw;
+    chunk->last_draw = last && chunk->last_draw > p->draw ? chunk->last_draw : p->draw;
     for (uint32_t i = 0; i < p->tile_count; i++) {
         stamp_record *record = &chunk->records[chunk->count];
         p->offsets[i] = offset;
         *record = (stamp_record){.lanes = p->lanes[i], .offset = offset, .tile = p->tiles[i], .primitive = p->primitive, .draw = p->draw,
-                                 .begins_primitive = i == 0, .nearest = UINT32_MAX,
+                                 .begun = i ? record[-1].begun + record[-1].begins_primitive : begun, .begins_primitive = i == 0, .nearest = UINT32_MAX,
                                  .fragments = (uint8_t)count_lanes(p->lanes[i]), .quads = (uint8_t)count_lanes(quads_of_lanes(p->lanes[i], t->samples, t->tile_width, t->quad_corners))};
         pack_record(p, !chunk->count, record);
         chunk->count++;

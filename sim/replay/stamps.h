@@ -10,6 +10,7 @@ typedef struct stamp_record {
     uint64_t offset;        // its fragments lie there in the chunk's columns, in order of lanes
     uint32_t tile, primitive;
     uint32_t draw;
+    uint32_t begun;         // primitives that begin in the chunk before this stamp
     bool begins_primitive;
     uint8_t fragments, quads;
     uint8_t place;          // of its first fragment in its pack (pack.c); 0: begins a pack
@@ -26,6 +27,7 @@ typedef struct block_stamp {
 typedef struct block_batch {
     uint64_t lanes;
     uint32_t first, end;    // its stamps
+    uint32_t last;          // number of the last of them
     uint32_t draw;
 } block_batch;
 typedef struct block_order {
@@ -40,6 +42,7 @@ typedef struct block_order {
 typedef struct stamp_chunk {
     stamp_record *records;
     uint32_t count, capacity;
+    uint32_t first_draw, last_draw;  // numbers between which its stamps' draws lie
     uint64_t fragment_count, fragment_capacity;
     uint32_t *codes[FORMAT_COUNT];  // of the formats asked for
     float *rgba[4];                 // if asked for
