@@ -158,6 +158,8 @@ static inline uint32_t *arrival_plane(const arrival *a, int storage, uint32_t ti
 {
     return arrival_block(a, tile) + a->plan.plane_offset[storage];
 }
+// Of what the plane of the depth test holds of a block now.
+depth_range block_depths(arrival *arrival, const kernel_use *use, uint32_t tile);
 // Whether hierarchical depth discards a stamp: then its kernel would change nothing (stamp_run.c).
 bool stamp_discarded(arrival *arrival, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record);
 // Runs the kernel and sums up its log (dispatch.c).

@@ -40,9 +40,11 @@ static void make_batches(const stamp_chunk *chunk, block_order *order)
         block_batch *batch = &order->batches[order->batch_count - !!before];
         if (!before || before->tile != record->tile || before->draw != record->draw || (batch->lanes & record->lanes)) {
             batch = &order->batches[order->batch_count++];
-            *batch = (block_batch){.first = i, .draw = record->draw};
+            *batch = (block_batch){.first = i, .draw = record->draw, .nearest = UINT32_MAX};
         }
         batch->lanes |= record->lanes;
+        batch->nearest = record->nearest < batch->nearest ? record->nearest : batch->nearest;
+        batch->farthest = record->farthest > batch->farthest ? record->farthest : batch->farthest;
         batch->end = i + 1;
         batch->last = order->stamps[i].number;
         order->stamps[i].batch = order->batch_count - 1;

@@ -55,18 +55,27 @@ static uint32_t written_since(arrival *a, int kernel)
     return written;
 }
 
-static void run_batch(arrival *a, const tile_plane *planes, const block_batch *stamps, uint64_t lanes)
+// Whether none of a batch's fragments can pass the depth test. They change nothing then, whether the machine has hierarchical depth or not.
+static bool fails(arrival *a, const kernel_use *use, const block_batch *batch, uint32_t tile)
+{
+    if (!use->hierarchical || bound_plane_format(a->bound, use->depth_plane) != a->machine->depth_format)
+        return false;
+    return depth_range_fails(use->depth_function, (depth_range){batch->nearest, batch->farthest}, block_depths(a, use, tile));
+}
+
+static void run_batch(arrival *a, const tile_plane *planes, const block_batch *stamps, batch *batch)
 {
     const int kernel = a->visit_step->kernel;
     const kernel_use *use = &a->uses[kernel];
     const block_order *blocks = &a->visited->blocks;
     const size_t first = (size_t)(stamps - blocks->batches) * TILE_LANES;
-    batch batch = {.lanes = lanes, .primitive = blocks->primitive ? blocks->primitive + first : NULL};
     for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1)
-        batch.depth[__builtin_ctz(formats)] = blocks->codes[__builtin_ctz(formats)] + first;
+        batch->depth[__builtin_ctz(formats)] = blocks->codes[__builtin_ctz(formats)] + first;
     for (int c = 0; use->color && c < 4; c++)
-        batch.rgba[c] = blocks->rgba[c] + first;
-    a->execute(a->bound, kernel, planes, &batch, a->skip_counts + a->plan.count_offset[kernel]);
+        batch->rgba[c] = blocks->rgba[c] + first;
+    if (use->primitive)
+        batch->primitive = blocks->primitive + first;
+    a->execute(a->bound, kernel, planes, batch, a->skip_counts + a->plan.count_offset[kernel]);
 }
 
 // Lanes of a batch's stamps from *at on that came before the stamp at hand; *at becomes the first that did not.
@@ -90,25 +99,29 @@ void skip_catch_up(arrival *a, uint32_t tile)
     const block_order *blocks = &a->visited->blocks;
     block_cursor *cursor = cursor_of(a, tile);
     const uint32_t end = blocks->starts[tile + 1];
-    uint32_t at = cursor->next;
+    const kernel_use *use = &a->uses[a->visit_step->kernel];
+    uint32_t at = cursor->next, written = 0;
     if (at == end || blocks->stamps[at].number >= a->position)
         return;
     tile_plane planes[PLANE_MAX];
     for (int i = 0; i < a->program->plane_count; i++)
         planes[i] = arrival_plane(a, a->plane_at[i], tile);
+    batch lanes_run = {0};
     for (const block_batch *batch = &blocks->batches[blocks->stamps[at].batch]; at < end; batch++) {
-        const uint64_t lanes = lanes_before(a, batch, &at);
-        if (lanes && draws_class(a, a->visit_step, batch->draw))
-            run_batch(a, planes, batch, lanes);
+        lanes_run.lanes = lanes_before(a, batch, &at);
+        if (lanes_run.lanes && draws_class(a, a->visit_step, batch->draw) && !fails(a, use, batch, tile)) {
+            run_batch(a, planes, batch, &lanes_run);
+            const uint32_t more = written_since(a, a->visit_step->kernel);
+            if (more && use->depth_write)
+                a->ranges[tile].pass = 0;
+            written |= more;
+        }
         if (at < batch->end)
             break;
     }
     cursor->next = at;
-    const uint32_t written = written_since(a, a->visit_step->kernel);
     if (written)
         a->sink->skip(a->sink->user, tile, written);
-    if (written && a->uses[a->visit_step->kernel].depth_write)
-        a->ranges[tile].pass = 0;
 }
 
 void skip_pass_by(arrival *a, uint32_t tile, uint32_t number)

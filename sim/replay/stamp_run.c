@@ -81,18 +81,23 @@ static void describe(arrival *a, const kernel_use *use, const dispatch_part *par
     describe_accesses(a, use, part, a->options.early && use->early_directly && use->early, stamp);
 }
 
+depth_range block_depths(arrival *a, const kernel_use *use, uint32_t tile)
+{
+    block_range *block = &a->ranges[tile];
+    if (block->pass != a->passes_begun)
+        *block = (block_range){a->passes_begun, depth_range_of(arrival_plane(a, a->plane_at[use->depth_plane], tile), TILE_LANES)};
+    return block->range;
+}
+
 bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record)
 {
     const format format = use->depth_plane >= 0 ? bound_plane_format(a->bound, use->depth_plane) : a->machine->depth_format;
-    block_range *block = &a->ranges[record->tile];
     if (!a->options.hierarchical || !use->hierarchical)
         return false;
-    if (block->pass != a->passes_begun)
-        *block = (block_range){a->passes_begun, depth_range_of(arrival_plane(a, a->plane_at[use->depth_plane], record->tile), TILE_LANES)};
     const depth_range known = {record->nearest, record->farthest};
     const depth_range range = format == a->machine->depth_format ? known
                               : depth_range_of(chunk->codes[format] + record->offset, count_lanes(record->lanes));
-    return depth_range_fails(use->depth_function, range, block->range);
+    return depth_range_fails(use->depth_function, range, block_depths(a, use, record->tile));
 }
 
 static void start(arrival *a, const stamp_record *record, uint32_t tile, uint64_t lanes, stamp *stamp)

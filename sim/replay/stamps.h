@@ -29,6 +29,7 @@ typedef struct block_batch {
     uint32_t first, end;    // its stamps
     uint32_t last;          // number of the last of them
     uint32_t draw;
+    uint32_t nearest, farthest;  // as a stamp_record's
 } block_batch;
 typedef struct block_order {
     block_stamp *stamps;
