@@ -97,6 +97,7 @@ struct arrival {
     const report *report;
     arrival_options options;
     bound_program *bound;
+    rop_limits limits;              // the machine's
     plan plan;
     execute_kernel *execute;
     tiling tiling;

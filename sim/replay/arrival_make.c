@@ -107,7 +107,6 @@ static status order_frame(arrival *a)
 status arrival_create(const program *program, const machine *machine, trace *trace, const run_result *function,
                       const arrival_options *options, const report *report, arrival **result)
 {
-    rop_limits limits;
     const trace_info *info = trace_get_info(trace);
     arrival *a = calloc(1, sizeof *a);
     *result = NULL;
@@ -118,9 +117,9 @@ status arrival_create(const program *program, const machine *machine, trace *tra
     a->function = function;
     a->report = report;
     a->options = *options;
-    machine_limits(machine, &limits);
+    machine_limits(machine, &a->limits);
     tiling_init(&a->tiling, info);
-    status status = bind_program(program, &limits, info->reversed_depth, info->background, report, &a->bound);
+    status status = bind_program(program, &a->limits, info->reversed_depth, info->background, report, &a->bound);
     if (status == STATUS_OK)
         status = plan_make(&a->plan, program, a->bound, report);
     if (status == STATUS_OK && !(a->execute = execute_select(options->vector_bytes)))

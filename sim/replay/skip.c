@@ -55,12 +55,52 @@ static uint32_t written_since(arrival *a, int kernel)
     return written;
 }
 
-// Whether none of a batch's fragments can pass the depth test. They change nothing then, whether the machine has hierarchical depth or not.
-static bool fails(arrival *a, const kernel_use *use, const block_batch *batch, uint32_t tile)
+// What a pass's range clip holds a block's fragments against: whatever fails there changes nothing.
+typedef struct clip_limits {
+    compare_function functions[CLIP_MAX];
+    depth_range ranges[CLIP_MAX];  // of what it holds them against
+    int count;
+} clip_limits;
+
+static bool known_depths(const arrival *a, int plane)
 {
-    if (!use->hierarchical || bound_plane_format(a->bound, use->depth_plane) != a->machine->depth_format)
-        return false;
-    return depth_range_fails(use->depth_function, (depth_range){batch->nearest, batch->farthest}, block_depths(a, use, tile));
+    return bound_plane_format(a->bound, plane) == a->machine->depth_format;
+}
+
+// Those of the clips that compare codes as stored with planes that the pass does not write.
+static clip_limits find_limits(const arrival *a, const tile_plane *planes)
+{
+    static const compare_function functions[] = {COMPARE_less, COMPARE_lequal, COMPARE_equal, COMPARE_gequal, COMPARE_greater};
+    const kernel_decl *kernel = &a->program->kernels[a->visit_step->kernel];
+    clip_limits limits = {.count = 0};
+    if (!kernel->is_pass || kernel->pass.shader >= 0 || a->limits.clip_interpolated)
+        return limits;
+    for (int i = 0; i < kernel->pass.clip_count; i++) {
+        const clip_decl *clip = &kernel->pass.clips[i];
+        depth_range least = {UINT32_MAX, UINT32_MAX};
+        bool known = true;
+        for (int p = 0; p < clip->plane_count; p++) {
+            const depth_range range = depth_range_of(planes[clip->plane[p]], TILE_LANES);
+            known = known && known_depths(a, clip->plane[p]) && clip->plane[p] != kernel->pass.depth_plane;
+            least.least = range.least < least.least ? range.least : least.least;
+            least.most = range.most < least.most ? range.most : least.most;
+        }
+        if (!known)
+            continue;
+        limits.functions[limits.count] = functions[clip->function];
+        limits.ranges[limits.count++] = least;
+    }
+    return limits;
+}
+
+// Whether no fragment of a batch can change anything, whether the machine has hierarchical depth or not.
+static bool fails(arrival *a, const kernel_use *use, const clip_limits *limits, const block_batch *batch, uint32_t tile)
+{
+    const depth_range depths = {batch->nearest, batch->farthest};
+    for (int i = 0; i < limits->count; i++)
+        if (depth_range_fails(limits->functions[i], depths, limits->ranges[i]))
+            return true;
+    return use->hierarchical && known_depths(a, use->depth_plane) && depth_range_fails(use->depth_function, depths, block_depths(a, use, tile));
 }
 
 static void run_batch(arrival *a, const tile_plane *planes, const block_batch *stamps, batch *batch)
@@ -106,10 +146,11 @@ void skip_catch_up(arrival *a, uint32_t tile)
     tile_plane planes[PLANE_MAX];
     for (int i = 0; i < a->program->plane_count; i++)
         planes[i] = arrival_plane(a, a->plane_at[i], tile);
+    const clip_limits limits = find_limits(a, planes);
     batch lanes_run = {0};
     for (const block_batch *batch = &blocks->batches[blocks->stamps[at].batch]; at < end; batch++) {
         lanes_run.lanes = lanes_before(a, batch, &at);
-        if (lanes_run.lanes && draws_class(a, a->visit_step, batch->draw) && !fails(a, use, batch, tile)) {
+        if (lanes_run.lanes && draws_class(a, a->visit_step, batch->draw) && !fails(a, use, &limits, batch, tile)) {
             run_batch(a, planes, batch, &lanes_run);
             const uint32_t more = written_since(a, a->visit_step->kernel);
             if (more && use->depth_write)
