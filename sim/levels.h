@@ -273,6 +273,8 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
                     const report *report, clock_state **clock);
 void clock_destroy(clock_state *clock);  // NULL is fine
 status clock_begin_pass(clock_state *clock, const pass_info *pass, statistics *statistics);
+// What units waited is counted by draw if the frame has several draws; else some of it is only after clock_settle or
+// clock_end_stamps, in the statistics handed in then.
 status clock_stamp(clock_state *clock, const stamp *stamp, const stamp_lines *lines, statistics *statistics);
 // All stamps were handed in: runs until every unit is idle.
 status clock_end_stamps(clock_state *clock, statistics *statistics);

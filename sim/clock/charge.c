@@ -1,29 +1,35 @@
 // What the work on a stamp costs in each stage, in parts of a cycle, by the machine's rates.
 //
 // Rates are of the chip; a partition has its share. A quad with any sample counts whole. A colour access that reads is a
-// blend; one that only writes replaces.
+// blend; one that only writes replaces. Most costs depend on a number of quads alone, of which a block has few: they are
+// worked out at a pass's start.
 #include "clock.h"
 
-enum { RATE_SHADER, RATE_TEXTURE, RATE_DEPTH, RATE_PIXELS, RATE_SAMPLES, RATE_BLEND, RATE_WIDE, RATE_KERNEL };
-
-void charge_init(clock_state *c)
-{
-    const machine *m = c->machine;
-    const int64_t rates[] = {
-        [RATE_SHADER] = m->shader_operations_per_clock, [RATE_TEXTURE] = m->texture_samples_per_clock,
-        [RATE_DEPTH] = m->depth_samples_per_clock,      [RATE_PIXELS] = m->color_pixels_per_clock,
-        [RATE_SAMPLES] = m->color_samples_per_clock,    [RATE_BLEND] = m->blend_samples_per_clock,
-        [RATE_WIDE] = m->blend_wide_samples_per_clock,  [RATE_KERNEL] = m->kernel_slots_per_clock,
-    };
-    for (size_t i = 0; i < sizeof rates / sizeof *rates; i++)
-        c->rates[i] = divisor_of((uint64_t)rates[i]);
-}
-
-static uint64_t cost(const clock_state *c, uint64_t work, int rate)
+static uint64_t cost(const clock_state *c, uint64_t work, const divisor *rate)
 {
     uint64_t rest;
-    const uint64_t parts = divide(work * (uint64_t)c->partition_count * CYCLE_PARTS, &c->rates[rate], &rest);
+    const uint64_t parts = divide(work * (uint64_t)c->partition_count * CYCLE_PARTS, rate, &rest);
     return parts + (rest > 0);
+}
+
+void charge_begin(clock_state *c)
+{
+    const machine *m = c->machine;
+    const divisor shader = divisor_of((uint64_t)m->shader_operations_per_clock), depth = divisor_of((uint64_t)m->depth_samples_per_clock);
+    const divisor by_pixels = divisor_of((uint64_t)m->color_pixels_per_clock), by_samples = divisor_of((uint64_t)m->color_samples_per_clock);
+    const divisor blend = divisor_of((uint64_t)m->blend_samples_per_clock), wide = divisor_of((uint64_t)m->blend_wide_samples_per_clock);
+    quad_costs *costs = &c->costs;
+    for (uint64_t quads = 0; quads <= BLOCK_QUADS; quads++) {
+        const uint64_t pixels = 4 * quads, samples = pixels * c->frame->samples;
+        costs->shader[quads] = cost(c, pixels * c->pass.shader_operations, &shader);
+        costs->depth[quads] = cost(c, samples, &depth);
+        costs->write[quads] = later(cost(c, pixels, &by_pixels), cost(c, samples, &by_samples));
+        // What was blended is written like anything else, so a blend is never faster.
+        costs->blend[0][quads] = later(cost(c, samples, &blend), costs->write[quads]);
+        costs->blend[1][quads] = later(cost(c, samples, &wide), costs->write[quads]);
+    }
+    c->texture_rate = divisor_of((uint64_t)m->texture_samples_per_clock);
+    c->kernel_rate = divisor_of((uint64_t)m->kernel_slots_per_clock);
 }
 
 static uint64_t quad_count(const clock_state *c, uint64_t lanes)
@@ -33,45 +39,49 @@ static uint64_t quad_count(const clock_state *c, uint64_t lanes)
 
 static uint64_t color_cost(const clock_state *c, const plane_access *access)
 {
-    const uint64_t pixels = 4 * quad_count(c, access->written), samples = pixels * c->frame->samples;
     if (!access->written)
         return 0;
-    const uint64_t by_pixels = cost(c, pixels, RATE_PIXELS), by_samples = cost(c, samples, RATE_SAMPLES);
-    const uint64_t write = by_pixels > by_samples ? by_pixels : by_samples;
-    if (!access->read)
-        return write;
-    // What was blended is written like anything else, so a blend is never faster.
-    const uint64_t blend = cost(c, samples, c->frame->plane_bits[access->plane] > 64 ? RATE_WIDE : RATE_BLEND);
-    return blend > write ? blend : write;
+    const uint64_t quads = quad_count(c, access->written);
+    return access->read ? c->costs.blend[c->frame->plane_bits[access->plane] > 64][quads] : c->costs.write[quads];
 }
 
 // The stage's touches are those of one cache, or of two one behind the other.
-static void take_touches(const stamp_lines *lines, access_unit cache, job *job, stage_work *work)
+static void take_touches(const clock_state *c, const stamp_lines *lines, access_unit cache, job *job, stage_work *work)
 {
+    const line_touch *line = lines->touches[cache];
+    const uint32_t count = (uint32_t)lines->counts[cache], first = c->first_line[cache];
+    queued_touch *touch = &job->touches[job->touch_count];
     if (!work->touch_count)
         work->first_touch = job->touch_count;
-    for (int i = 0; i < lines->counts[cache]; i++) {
-        const line_touch *line = &lines->touches[cache][i];
+    for (uint32_t i = 0; i < count; i++, line++, touch++) {
         const bool moves = line->fill.bytes || line->spill.bytes;
+        *touch = (queued_touch){first + line->slot, job->move_count, (uint8_t)cache, line->miss, line->replaces, moves};
         if (moves)
-            job->moves[job->move_count] = (queued_move){line->fill, line->spill};
-        job->touches[job->touch_count++] = (queued_touch){line->slot, job->move_count, (uint8_t)cache, line->miss, line->replaces, moves};
-        job->move_count += moves;
+            job->moves[job->move_count++] = (queued_move){line->fill, line->spill};
     }
-    work->touch_count += (uint32_t)lines->counts[cache];
+    job->touch_count += count;
+    work->touch_count += count;
 }
 
-static void charge_rop(const clock_state *c, const stamp *stamp, access_unit unit, stage_work *work)
+static void charge_depth(const clock_state *c, const stamp *stamp, stage_work *work)
+{
+    uint64_t lanes = 0;
+    for (int i = 0; i < stamp->access_count; i++)
+        if (stamp->accesses[i].unit == ACCESS_DEPTH)
+            lanes |= stamp->accesses[i].read | stamp->accesses[i].written;
+    work->lanes = lanes;
+    work->cost = lanes ? c->costs.depth[quad_count(c, lanes)] : 0;
+}
+
+static void charge_color(const clock_state *c, const stamp *stamp, stage_work *work)
 {
     for (int i = 0; i < stamp->access_count; i++) {
         const plane_access *access = &stamp->accesses[i];
-        if (access->unit != unit)
+        if (access->unit != ACCESS_COLOR)
             continue;
         work->lanes |= access->read | access->written;
-        work->cost += unit == ACCESS_COLOR ? color_cost(c, access) : 0;
+        work->cost += color_cost(c, access);
     }
-    if (unit == ACCESS_DEPTH && work->lanes)
-        work->cost = cost(c, 4 * c->frame->samples * quad_count(c, work->lanes), RATE_DEPTH);
 }
 
 void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job)
@@ -88,23 +98,23 @@ void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *l
         *work = (stage_work){0};
         switch (c->stages[s]) {
         case UNIT_SHADER_STAGE:
-            work->cost = cost(c, 4ull * c->pass.shader_operations * stamp->quads_shaded, RATE_SHADER);
-            work->second_cost = cost(c, 4ull * c->frame->samples * stamp->texture_reads, RATE_TEXTURE);
-            take_touches(lines, ACCESS_TEXTURE, job, work);
+            work->cost = c->costs.shader[stamp->quads_shaded];
+            job->texture_cost = stamp->texture_reads ? cost(c, 4ull * c->frame->samples * stamp->texture_reads, &c->texture_rate) : 0;
+            take_touches(c, lines, ACCESS_TEXTURE, job, work);
             break;
         case UNIT_DEPTH_STAGE:
-            charge_rop(c, stamp, ACCESS_DEPTH, work);
-            take_touches(lines, ACCESS_DEPTH, job, work);
+            charge_depth(c, stamp, work);
+            take_touches(c, lines, ACCESS_DEPTH, job, work);
             break;
         case UNIT_COLOR_STAGE:
-            charge_rop(c, stamp, ACCESS_COLOR, work);
-            take_touches(lines, ACCESS_COLOR, job, work);
+            charge_color(c, stamp, work);
+            take_touches(c, lines, ACCESS_COLOR, job, work);
             break;
         default:
             work->lanes = stamp->lanes;
-            work->cost = cost(c, stamp->kernel_slots, RATE_KERNEL);
-            take_touches(lines, ACCESS_DEPTH, job, work);
-            take_touches(lines, ACCESS_COLOR, job, work);
+            work->cost = cost(c, stamp->kernel_slots, &c->kernel_rate);
+            take_touches(c, lines, ACCESS_DEPTH, job, work);
+            take_touches(c, lines, ACCESS_COLOR, job, work);
         }
     }
 }

@@ -1,4 +1,4 @@
-// Passes in, cycles out: the earliest step of all units is done, until none is left.
+// Passes in, cycles out: stamps go through the front end to partitions, which do their steps when somebody asks (clock.h).
 #include "clock.h"
 
 #include <stdlib.h>
@@ -38,9 +38,11 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     c->front.begun = calloc((size_t)machine->triangles_ahead, sizeof *c->front.begun);
     bool good = c->partitions && c->front.read_ready && c->front.begun;
     for (int i = 0; good && i < c->partition_count; i++)
-        good = (c->partitions[i].channel = channel_create(&timing)) && units_make(c, &c->partitions[i], slots);
-    charge_init(c);
+        good = (c->partitions[i].channel = channel_create(&timing)) && partition_make(c, &c->partitions[i], slots);
+    c->partitions_by = divisor_of((uint64_t)c->partition_count);
     c->timeline = config ? config->timeline : NULL;
+    c->in_order = config && (config->requests_path || config->timeline);
+    c->at_once = frame->draw_count > 1;
     status status = good ? STATUS_OK : refuse_memory(c);
     if (status == STATUS_OK && config && config->requests_path)
         status = request_log_open(config->requests_path, config->requests_format, (uint32_t)machine->memory_burst_bytes,
@@ -60,7 +62,7 @@ void clock_destroy(clock_state *c)
         return;
     for (int i = 0; c->partitions && i < c->partition_count; i++) {
         channel_destroy(c->partitions[i].channel);
-        units_free(&c->partitions[i]);
+        partition_free(&c->partitions[i]);
     }
     request_log_abandon(c->log);
     free(c->partitions);
@@ -122,15 +124,16 @@ status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *stati
 {
     c->pass = *pass;
     c->statistics = statistics;
-    c->now = c->last_fragment = c->drained;
+    c->last_fragment = c->drained;
     c->pass_start = c->drained;
     for (int i = 0; i < RESOURCE_COUNT; i++)
         c->bounds[i] = 0;
     order_stages(c);
     for (int i = 0; i < c->partition_count; i++) {
         c->partitions[i].before = c->partitions[i].settled = *channel_get_counts(c->partitions[i].channel);
-        units_begin(c, &c->partitions[i]);
+        partition_begin(c, &c->partitions[i]);
     }
+    charge_begin(c);
     front_begin(c);
     return STATUS_OK;
 }
@@ -149,11 +152,22 @@ static partition *earliest(const clock_state *c)
     return found;
 }
 
-static void step_partition(clock_state *c, partition *p)
+// All steps up to and with cycle `until`.
+static void advance(clock_state *c, uint64_t until)
 {
-    c->now = p->when;
-    unit_step(c, p, p->next_stage);
-    partition_next(c, p);
+    if (c->in_order)
+        for (partition *next; (next = earliest(c)) && next->when <= until;)
+            partition_step(c, next);
+    for (int i = 0; i < c->partition_count; i++)
+        partition_advance(c, &c->partitions[i], until);
+}
+
+// All steps that there are. The front end is then where the last one was.
+static void run_out(clock_state *c)
+{
+    advance(c, NEVER - 1);
+    for (int i = 0; i < c->partition_count; i++)
+        c->front.now = later(c->front.now, c->partitions[i].now);
 }
 
 // Nothing can go on although work is left: says which queue is full, the last one: those before it wait for it.
@@ -166,83 +180,70 @@ static status blocked(const clock_state *c)
             if (p->units[s].started < arrived)
                 return report_error(c->report, STATUS_REFUSED,
                                     "internal error: cycle %llu: the queue before the %s of partition %d holds %llu stamps and nothing moves",
-                                    (unsigned long long)c->now, unit_names[c->stages[s]], i, (unsigned long long)(arrived - p->units[s].started));
+                                    (unsigned long long)c->front.now, unit_names[c->stages[s]], i, (unsigned long long)(arrived - p->units[s].started));
         }
     }
-    return report_error(c->report, STATUS_REFUSED, "internal error: cycle %llu: the rasterizer's queue is blocked and nothing moves", (unsigned long long)c->now);
+    return report_error(c->report, STATUS_REFUSED, "internal error: cycle %llu: the rasterizer's queue is blocked and nothing moves", (unsigned long long)c->front.now);
 }
 
-static bool reserve_touches(job *job, const stamp_lines *lines)
+static bool has_room(const clock_state *c, const partition *p)
 {
-    const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
-    if (count <= job->touch_capacity)
-        return true;
-    queued_touch *touches = realloc(job->touches, 2 * count * sizeof *touches);
-    job->touches = touches ? touches : job->touches;
-    queued_move *moves = touches ? realloc(job->moves, 2 * count * sizeof *moves) : NULL;
-    job->moves = moves ? moves : job->moves;
-    job->touch_capacity = moves ? 2 * count : job->touch_capacity;
-    return moves;
+    return p->pushed - p->units[0].started < (uint64_t)c->machine->raster_queue;
 }
 
-// Doubles the ring where the stamps on their way fill it.
-static bool reserve_job(const clock_state *c, partition *p)
+// Moves front.when to the first cycle from then on in which the partition's first queue has room; false: it never has.
+static bool wait_for_room(clock_state *c, partition *p)
 {
-    const uint64_t last = p->units[c->stage_count - 1].started, oldest = last ? last - 1 : 0;
-    if (p->pushed - oldest <= p->job_mask)
-        return true;
-    const uint64_t mask = 2 * p->job_mask + 1;
-    job *grown = calloc(mask + 1, sizeof *grown);
-    if (!grown)
-        return false;
-    for (uint64_t i = oldest; i <= oldest + p->job_mask; i++)  // those not on their way, too: their touches are kept
-        grown[i & mask] = p->jobs[i & p->job_mask];
-    free(p->jobs);
-    p->jobs = grown;
-    p->job_mask = mask;
+    const uint64_t from = c->front.when;
+    while (!has_room(c, p)) {
+        partition_advance(c, p, c->front.when);
+        if (has_room(c, p))
+            break;
+        const partition *next = c->in_order ? earliest(c) : p;
+        if (!next || next->when == NEVER)
+            return false;
+        c->front.when = next->when;
+        if (c->in_order)
+            advance(c, c->front.when);
+    }
+    c->statistics->raster_wait_queue += c->front.when - from;
     return true;
 }
 
-static status push(clock_state *c, const stamp *stamp, const stamp_lines *lines)
+static status push(clock_state *c, partition *p, const stamp *stamp, const stamp_lines *lines)
 {
-    partition *p = &c->partitions[lines->partition];
-    if (!reserve_job(c, p))
-        return refuse_memory(c);
-    job *job = &p->jobs[p->pushed & p->job_mask];
-    if (!reserve_touches(job, lines))
+    job *job = partition_job(c, p, lines);
+    if (!job)
         return refuse_memory(c);
     charge_stamp(c, stamp, lines, job);
-    job->ready = cycles_up(c->front.raster_free);
-    p->pushed++;
-    unit_next(c, p, 0);
-    partition_next(c, p);
+    job->ready = cycles_up(c->front.raster_free);  // later than front.now
+    partition_push(c, p);
     return STATUS_OK;
 }
 
 status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines, statistics *statistics)
 {
+    partition *p = &c->partitions[lines->partition];
     c->statistics = statistics;
     front_next(c, stamp);
-    for (;;) {
-        partition *next = earliest(c);
-        if (!next && c->front.when == NEVER)
-            return blocked(c);
-        if (next && next->when <= c->front.when) {
-            step_partition(c, next);
-            continue;
-        }
-        c->now = c->front.when;
-        if (front_step(c, stamp, lines->partition))
-            return stamp->hierarchical ? STATUS_OK : push(c, stamp, lines);
+    if (c->in_order)
+        advance(c, c->front.when);
+    if (!stamp->hierarchical && !wait_for_room(c, p)) {
+        c->front.now = c->front.when;
+        run_out(c);
+        return blocked(c);
     }
+    front_step(c);
+    const status status = stamp->hierarchical ? STATUS_OK : push(c, p, stamp, lines);
+    if (c->at_once)
+        advance(c, c->front.now);
+    return status;
 }
 
 static status idle(clock_state *c, statistics *statistics)
 {
     c->statistics = statistics;
-    c->front.when = NEVER;
-    for (partition *next; (next = earliest(c));)
-        step_partition(c, next);
+    run_out(c);
     for (int i = 0; i < c->partition_count; i++)
         for (int s = 0; s < c->stage_count; s++)
             if (c->partitions[i].units[s].started != c->partitions[i].pushed)
@@ -275,16 +276,16 @@ status clock_end_stamps(clock_state *c, statistics *statistics)
 status clock_flush(clock_state *c, uint32_t partition, access_unit cache, const transfer *transfer)
 {
     struct partition *p = &c->partitions[partition];
+    uint64_t now = p->flush_time;
     (void)cache;
-    c->now = p->flush_time;
     if (transfer->bytes && transfer->on_chip)
-        clock_l2_move(c, p, transfer->bytes);
+        clock_l2_move(c, p, now, transfer->bytes);
     else
-        while (!clock_write(c, p, transfer->address, transfer->bytes, &c->now))
+        while (!clock_write(p, now, transfer->address, transfer->bytes, &now))
             continue;
-    while (!clock_write(c, p, transfer->evicted_address, transfer->evicted_bytes, &c->now))
+    while (!clock_write(p, now, transfer->evicted_address, transfer->evicted_bytes, &now))
         continue;
-    p->flush_time = c->now + 1;
+    p->flush_time = now + 1;
     return STATUS_OK;
 }
 
@@ -331,6 +332,8 @@ static void settle_channel(const clock_state *c, partition *p, statistics *s)
 
 void clock_settle(clock_state *c, statistics *s)
 {
+    c->statistics = s;
+    advance(c, c->front.now);
     const uint64_t raster = c->front.busy / CYCLE_PARTS - c->front.settled;
     s->raster_busy += raster;
     c->front.settled += raster;

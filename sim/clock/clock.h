@@ -1,8 +1,15 @@
-// What the files of the timing model share: clock.c makes it and runs passes, unit.c is one unit of a partition, front.c
-// the geometry and the rasterizer, charge.c what work costs.
+// What the files of the timing model share: clock.c runs passes, partition.c makes what a partition consists of, unit.c steps its
+// units, moves.c is what lookups wait for that move bytes, front.c the geometry and the rasterizer, charge.c what work costs.
 //
-// Nothing ticks: each unit says when it can do its next step, and the earliest one does it, so that steps are done in
-// order of time and each sees all that came before it. docs/machine.md has the rules step by step.
+// Nothing ticks: each unit says when it can do its next step, and the earliest one of a partition does it, so that steps are
+// done in order of time and each sees all that came before it. docs/machine.md has the rules step by step.
+//
+// Partitions know nothing of each other, and so their steps need no common order. What comes from outside is a stamp for the
+// first unit, which arrives later than the rasterizer is (front.now), and a line of geometry through the channel, at front.now.
+// What is asked from outside is whether the first unit's queue has room at front.now, and counts. So a partition may stay behind
+// as long as nobody asks: stamps that have begun only grow in number, so a queue with room by what is known has it in truth. When
+// somebody asks, the partition first does all steps up to that time (partition_advance), and is then as if it had never waited.
+// Steps of many stamps in one go find their data and their branches where they left them.
 #ifndef ROPSIM_CLOCK_H
 #define ROPSIM_CLOCK_H
 
@@ -20,11 +27,11 @@ static inline uint64_t cycles_up(uint64_t parts) { return (parts + CYCLE_PARTS -
 // The stages of a partition in the order in which a pass's stamps go through them.
 typedef enum unit_kind { UNIT_SHADER_STAGE, UNIT_DEPTH_STAGE, UNIT_COLOR_STAGE, UNIT_KERNEL_STAGE, UNIT_KINDS } unit_kind;
 enum { STAGES_MAX = 3 };
-extern const char *const unit_names[UNIT_KINDS];  // for people (unit.c)
+extern const char *const unit_names[UNIT_KINDS];  // for people (partition.c)
 
-// A touch of a line, with the cache that it is of.
+// A touch of a line.
 typedef struct queued_touch {
-    uint32_t slot, move;      // move: its transfers among the job's, if it has any
+    uint32_t line, move;      // in the partition's lines; its transfers among the job's, if it has any
     uint8_t cache;            // access_unit
     bool miss, replaces, moves;
 } queued_touch;
@@ -32,9 +39,8 @@ typedef struct queued_move { transfer fill, spill; } queued_move;
 
 // A stamp on its way through one stage.
 typedef struct stage_work {
-    uint64_t lanes;           // that the stage works on, for the interlock
+    uint64_t lanes;           // that the stage works on, for the interlock; none in the shader
     uint64_t cost;            // parts of a cycle that the operation takes
-    uint64_t second_cost;     // of the shader stage: texture reads, at the same time
     uint32_t first_touch, touch_count;  // in the job's touches
 } stage_work;
 
@@ -42,11 +48,12 @@ typedef struct job {
     uint32_t tile, quads;
     uint64_t ready;           // arrives at its next stage
     stage_work work[STAGES_MAX];
-    uint64_t stream_address;
-    uint32_t stream_read, stream_written;
-    uint64_t stretch;         // in which it came
+    uint64_t texture_cost;    // of the shader stage: texture reads, at the same time as its operation
     queued_touch *touches;
     queued_move *moves;       // of the touches that move bytes: most do not, and copies cost
+    uint64_t stretch;         // in which it came
+    uint64_t stream_address;
+    uint32_t stream_read, stream_written;
     uint32_t touch_count, move_count, touch_capacity;
 } job;
 
@@ -55,65 +62,93 @@ typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
 
 typedef struct span { const char *name; uint64_t start, end; } span;  // of a timeline
 
+enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED, STEP_FILL };  // of a lookup, in this order
+
 typedef struct unit {
-    unit_kind kind;
-    int partition;
     uint64_t when;            // of its next step; NEVER: waits for another unit
     uint64_t started;         // stamps begun in this pass
-    uint64_t quads_started;   // quads of those
-    uint64_t window;          // stamps, of the shader quads, begun here and not begun in the next stage, at most
     uint64_t port_free;       // cycle
+    uint64_t window;          // stamps, of the shader quads, begun here and not begun in the next stage, at most
+    uint64_t quads_started;   // quads of the stamps begun
     uint64_t operation_free, second_free;  // parts
+    uint64_t busy, second_busy;  // parts, in this pass
+    uint64_t data_ready;
+    uint64_t latency;         // of its kind
+    uint32_t touch;           // next touch of the stamp at hand, and
+    uint8_t step;             // how far it got in that touch
+    uint8_t first_step;       // STEP_STREAM in the unit that has the lists
+    bool open;                // a stamp is at hand
     uint64_t *operations;     // of the last stage: when each of the last `window` began
     uint64_t operation;       // where the next one is noted
-    uint32_t touch;           // next touch of the stamp at hand, and
-    uint32_t step;            // how far it got in that touch
-    bool open;                // a stamp is at hand
-    uint64_t data_ready;
-    uint64_t busy, second_busy;  // parts, in this pass
-    uint64_t settled, second_settled;  // cycles of those that statistics have
     flight *flights;          // a ring of `window` and more
     uint64_t flight_count, flight_mask;
     uint64_t *buckets;        // interlock by buckets: when the last operation there is done
+    unit_kind kind;
+    int partition;
+    uint64_t settled, second_settled;  // cycles of `busy` and `second_busy` that statistics have
     span spans[2];            // of operations and lookups, not written yet
 } unit;
 
-typedef struct line_cache {
-    uint64_t *ready, *last_use;  // of each slot
-    uint64_t *used_in;           // stretch of the stamp that used it last
-    uint64_t *misses;            // cache_misses_max places: when the fetch that has it is back
-    uint64_t oldest_miss;        // the place taken longest ago
-} line_cache;
+typedef struct line_state {
+    uint64_t ready;           // when its bytes are there
+    uint64_t last_use;        // when the last operation on it ends
+} line_state;
+
+typedef struct fetches {
+    uint64_t *misses;         // cache_misses_max places: when the fetch that has it is back
+    uint64_t oldest_miss;     // the place taken longest ago
+} fetches;
 
 typedef struct partition {
-    channel *channel;
+    uint64_t now;             // of the step being done
     uint64_t when;            // the earliest step of its units, and
     int next_stage;           // whose it is: the one nearest to the end of the pipeline
-    line_cache caches[ACCESS_UNITS];
-    unit units[STAGES_MAX];
+    line_state *lines;        // of all caches, one cache behind the other (clock_state.first_line)
     job *jobs;                // a ring
     uint64_t job_mask, pushed;
+    unit units[STAGES_MAX];
+    channel *channel;
+    fetches fetches[ACCESS_UNITS];  // of each cache
+    uint64_t *used_in;        // of each line: stretch of the stamp that used it last
     uint64_t l2_free;         // parts
     uint64_t flush_time;
     channel_counts before, settled;  // at the pass's start; what statistics have
 } partition;
 
+// i * value / count, rounded up, for one i after the other: shares that add up to the value, without a division each.
+typedef struct shares {
+    uint64_t value, count;
+    uint64_t step, step_rest; // value / count
+    uint64_t whole, rest;     // i * value / count, rounded down, and what is left
+} shares;
+
 typedef struct front {
-    uint64_t when;
+    uint64_t now;             // when the last stamp left the rasterizer: all partitions are there, or would be if asked
+    uint64_t when;            // when the stamp at hand leaves it
     uint64_t raster_free;     // parts
+    uint64_t takes;           // parts that a stamp takes
     uint64_t start;           // of the pass
     uint64_t geometry;        // parts that vertices and set-up take
     uint64_t set_up;          // parts: when the last primitive was
     uint64_t shared;          // parts of `geometry` that went to primitives so far
+    shares set_up_shares, read_shares;  // of `geometry` by primitive, of `reads` by primitive asked for
     uint64_t *begun;          // when each of the last triangles_ahead primitives came to the rasterizer
     bool begins;              // the stamp at hand begins one
     uint64_t primitive;       // of those that come: how many began
     uint64_t asked;           // and for how many the lines were asked for
+    uint64_t begun_place, read_place, asked_place;  // of `primitive` in begun and in read_ready, of `asked` in read_ready
     uint64_t reads, reads_issued, *read_ready, read_done;  // geometry lines; by primitive, when all up to it are there
     uint64_t base;            // address of the lines that primitives wait for
-    uint64_t blocked_at;
     uint64_t busy, settled;   // parts that the rasterizer worked in this pass; cycles of it that statistics have
 } front;
+
+enum { BLOCK_QUADS = TILE_LANES / 4 };
+
+// What a stamp costs by its number of quads, in the pass at hand: parts of a cycle.
+typedef struct quad_costs {
+    uint64_t shader[BLOCK_QUADS + 1], depth[BLOCK_QUADS + 1], write[BLOCK_QUADS + 1];
+    uint64_t blend[2][BLOCK_QUADS + 1];  // [1]: of wide planes
+} quad_costs;
 
 struct clock_state {
     uint64_t stretch;         // sampling: of stamps that followed each other; lines were replaced unseen between two
@@ -123,40 +158,51 @@ struct clock_state {
     pass_info pass;
     int stage_count, partition_count;
     unit_kind stages[STAGES_MAX];
+    uint32_t first_line[ACCESS_UNITS];  // of each cache, in a partition's lines
     partition *partitions;
     front front;
-    divisor rates[8];         // charge.c
-    uint64_t now;             // of the step being done
+    divisor texture_rate, kernel_rate, partitions_by;  // charge.c; front.c
+    quad_costs costs;
     uint64_t last_stamp;      // when it was done, before what the pass's geometry adds
     uint64_t pass_start, drained, last_fragment;
     uint64_t bounds[RESOURCE_COUNT];
+    bool in_order;            // a file is written: steps of all partitions are done in order of time
+    bool at_once;             // after each stamp, as counts are read by draw
     request_log *log;
     timeline *timeline;       // NULL, or where what units do goes
     statistics *statistics;
 };
 
 // What a stamp costs in each stage (charge.c).
-void charge_init(clock_state *clock);
+void charge_begin(clock_state *clock);
 void charge_stamp(const clock_state *clock, const stamp *stamp, const stamp_lines *lines, job *job);
 
-// The front end (front.c). front_next: when it can hand the stamp on; front_step does it.
+// The front end (front.c). front_next: when it can hand the stamp on, if there is room; front_step does it at front.when.
 void front_begin(clock_state *clock);
 void front_next(clock_state *clock, const stamp *stamp);
-bool front_step(clock_state *clock, const stamp *stamp, uint32_t partition);
+void front_step(clock_state *clock);
 void front_end(clock_state *clock);
 
-// A unit (unit.c).
-bool units_make(clock_state *clock, partition *partition, const uint32_t slots[ACCESS_UNITS]);
-void units_free(partition *partition);
-void units_begin(clock_state *clock, partition *partition);
-void unit_next(clock_state *clock, partition *partition, int stage);   // sets unit.when
-void partition_next(const clock_state *clock, partition *partition);   // sets partition.when, after its units
-void unit_step(clock_state *clock, partition *partition, int stage);
+// A partition (partition.c). partition_job: of the stamp that comes next, with room for its touches; NULL: out of memory.
+bool partition_make(clock_state *clock, partition *partition, const uint32_t slots[ACCESS_UNITS]);
+void partition_free(partition *partition);
+void partition_begin(clock_state *clock, partition *partition);
+job *partition_job(const clock_state *clock, partition *partition, const stamp_lines *lines);
 
-// Requests (unit.c): true: taken; else *when is when to ask again.
-bool clock_write(clock_state *clock, partition *partition, uint64_t address, uint32_t bytes, uint64_t *when);
+// Its steps (unit.c).
+void partition_push(const clock_state *clock, partition *partition);    // the job of partition_job has arrived
+void partition_step(clock_state *clock, partition *partition);          // the earliest one; there is one
+void partition_advance(clock_state *clock, partition *partition, uint64_t until);  // all up to and with this cycle
+
+// What moves bytes (moves.c), at partition.now; false: it waits until unit.when.
+bool move_line(clock_state *clock, partition *partition, unit *unit, const job *job, const queued_touch *touch);
+bool move_stream(clock_state *clock, partition *partition, unit *unit, const job *job);
+// When the users of the line to be replaced have ended.
+uint64_t victim_free(const clock_state *clock, partition *partition, const queued_touch *touch, uint64_t stretch);
+// Requests at cycle `now`: true: taken; else *when is when to ask again.
+bool clock_write(partition *partition, uint64_t now, uint64_t address, uint32_t bytes, uint64_t *when);
 // Takes the second level's port. The cycle in which its answer is there.
-uint64_t clock_l2_move(clock_state *clock, partition *partition, uint32_t bytes);
+uint64_t clock_l2_move(const clock_state *clock, partition *partition, uint64_t now, uint32_t bytes);
 
 // A timeline's slices (spans.c): notes one, if there is a timeline; completes those of a pass.
 void spans_note(const clock_state *clock, unit *unit, bool lookups, const char *name, uint64_t start, uint64_t end);

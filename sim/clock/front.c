@@ -15,18 +15,47 @@ static uint64_t share_up(uint64_t value, uint64_t numerator, uint64_t denominato
     return (uint64_t)(((wide)value * numerator + denominator - 1) / denominator);
 }
 
+// The i-th of a value's shares, from 0.
+static shares shares_from(uint64_t value, uint64_t count, uint64_t i)
+{
+    __extension__ typedef unsigned __int128 wide;
+    if (!count)
+        return (shares){0};
+    return (shares){.value = value, .count = count, .step = value / count, .step_rest = value % count,
+                    .whole = (uint64_t)((wide)value * i / count), .rest = (uint64_t)((wide)value * i % count)};
+}
+
+// All up to and with the next one, rounded up.
+static uint64_t next_share(shares *s)
+{
+    s->whole += s->step;
+    s->rest += s->step_rest;
+    if (s->rest >= s->count) {
+        s->rest -= s->count;
+        s->whole++;
+    }
+    return s->whole + (s->rest > 0);
+}
+
+static uint64_t next_place(uint64_t place, int64_t places)
+{
+    return place + 1 == (uint64_t)places ? 0 : place + 1;
+}
+
+// A channel is asked in order of time, so its partition goes first.
 static uint64_t read_line(clock_state *c, uint64_t base, uint64_t number)
 {
-    const uint64_t partitions = (uint64_t)c->partition_count;
-    const uint64_t address = base + number / partitions * (uint64_t)c->machine->line_bytes;
-    return channel_read(c->partitions[number % partitions].channel, c->now, address, (uint32_t)c->machine->line_bytes);
+    uint64_t turn;
+    const uint64_t address = base + divide(number, &c->partitions_by, &turn) * (uint64_t)c->machine->line_bytes;
+    partition_advance(c, &c->partitions[turn], c->front.now);
+    return channel_read(c->partitions[turn].channel, c->front.now, address, (uint32_t)c->machine->line_bytes);
 }
 
 static void write_line(clock_state *c, uint64_t number)
 {
-    const uint64_t partitions = (uint64_t)c->partition_count;
-    const uint64_t address = BINS_BASE + number / partitions * (uint64_t)c->machine->line_bytes;
-    while (!clock_write(c, &c->partitions[number % partitions], address, (uint32_t)c->machine->line_bytes, &c->now))
+    uint64_t turn;
+    const uint64_t address = BINS_BASE + divide(number, &c->partitions_by, &turn) * (uint64_t)c->machine->line_bytes;
+    while (!clock_write(&c->partitions[turn], c->front.now, address, (uint32_t)c->machine->line_bytes, &c->front.now))
         continue;
 }
 
@@ -37,14 +66,14 @@ static void bin_all(clock_state *c, uint64_t reads, uint64_t writes)
     uint64_t ready = f->start + cycles_up(f->geometry);
     const uint64_t most = later(reads, writes);
     for (uint64_t i = 0; i < most; i++) {
-        c->now = later(c->now + 1, f->start + share_up(cycles_up(f->geometry), i, most));
+        f->now = later(f->now + 1, f->start + share_up(cycles_up(f->geometry), i, most));
         if (i < reads)
             ready = later(ready, read_line(c, GEOMETRY_BASE, i));
         if (i < writes)
             write_line(c, i);
     }
-    c->now = later(c->now, ready);
-    f->raster_free = c->now * CYCLE_PARTS;
+    f->now = later(f->now, ready);
+    f->raster_free = f->now * CYCLE_PARTS;
     f->geometry = 0;
 }
 
@@ -57,7 +86,9 @@ void front_begin(clock_state *c)
 {
     front *f = &c->front;
     const pass_info *pass = &c->pass;
-    *f = (front){.when = NEVER, .start = c->drained, .raster_free = c->drained * CYCLE_PARTS, .read_ready = f->read_ready, .begun = f->begun, .blocked_at = NEVER};
+    const uint64_t rate = (uint64_t)c->machine->raster_blocks_per_clock;
+    *f = (front){.now = c->drained, .start = c->drained, .raster_free = c->drained * CYCLE_PARTS, .takes = (CYCLE_PARTS + rate - 1) / rate,
+                 .read_ready = f->read_ready, .begun = f->begun};
     f->geometry = later(rate_parts(pass->triangles, c->machine->triangles_per_kiloclock),
                         rate_parts(pass->vertices, c->machine->vertices_per_kiloclock));
     c->bounds[RESOURCE_GEOMETRY] = f->geometry / CYCLE_PARTS;
@@ -68,39 +99,36 @@ void front_begin(clock_state *c)
     if (c->machine->tile_based && pass->kind == PASS_DRAW) {
         const uint64_t binned = geometry_writes(c->machine, pass);
         bin_all(c, f->reads - binned, binned);
-        f->start = c->now;
+        f->start = f->now;
         f->set_up = f->start * CYCLE_PARTS;
         f->reads = binned;  // each primitive's record comes back from its bin
         f->base = BINS_BASE;
     }
+    f->set_up_shares = shares_from(f->geometry, pass->primitives, 0);
+    f->read_shares = shares_from(f->reads, pass->primitives, 0);
 }
 
-// Asks for the lines of all primitives up to this one and those ahead of it.
-static void ask_ahead(clock_state *c, uint64_t primitive)
+// Asks for the lines of all primitives up to the next one and those ahead of it.
+static void ask_ahead(clock_state *c)
 {
     front *f = &c->front;
     const uint64_t count = c->pass.primitives, ahead = (uint64_t)c->machine->triangles_ahead;
-    const uint64_t last = primitive + ahead < count ? primitive + ahead : count - 1;
-    for (; f->asked <= last; f->asked++) {
-        for (const uint64_t wanted = share_up(f->reads, f->asked + 1, count); f->reads_issued < wanted;)
+    const uint64_t end = f->primitive + ahead < count ? f->primitive + ahead + 1 : count;
+    for (; f->asked < end; f->asked++) {
+        for (const uint64_t wanted = next_share(&f->read_shares); f->reads_issued < wanted;)
             f->read_done = later(f->read_done, read_line(c, f->base, f->reads_issued++));
-        f->read_ready[f->asked % (ahead + 1)] = f->read_done;
+        f->read_ready[f->asked_place] = f->read_done;
+        f->asked_place = next_place(f->asked_place, c->machine->triangles_ahead + 1);
     }
-}
-
-static bool has_room(const clock_state *c, const partition *p)
-{
-    return p->pushed - p->units[0].started < (uint64_t)c->machine->raster_queue;
 }
 
 // When the next primitive is set up: behind the one before it, as soon as fewer than triangles_ahead wait for the rasterizer.
 static uint64_t set_up(clock_state *c)
 {
     front *f = &c->front;
-    const uint64_t ahead = (uint64_t)c->machine->triangles_ahead, count = c->pass.primitives;
     // Its share of all that the pass's geometry takes, so that all shares add up to it.
-    const uint64_t shared = share_up(f->geometry, f->primitive + 1, count), share = shared - f->shared;
-    const uint64_t room = f->primitive < ahead ? f->start : f->begun[f->primitive % ahead];
+    const uint64_t shared = next_share(&f->set_up_shares), share = shared - f->shared;
+    const uint64_t room = f->primitive < (uint64_t)c->machine->triangles_ahead ? f->start : f->begun[f->begun_place];
     f->set_up = later(f->set_up, room * CYCLE_PARTS) + share;
     f->shared = shared;
     return cycles_up(f->set_up);
@@ -109,11 +137,11 @@ static uint64_t set_up(clock_state *c)
 void front_next(clock_state *c, const stamp *stamp)
 {
     front *f = &c->front;
-    uint64_t when = later(c->now, f->raster_free / CYCLE_PARTS);
+    uint64_t when = later(f->now, f->raster_free / CYCLE_PARTS);
     f->begins = stamp->begins_primitive && f->primitive < c->pass.primitives;
     if (f->begins) {
-        ask_ahead(c, f->primitive);
-        const uint64_t there = later(set_up(c), f->read_ready[f->primitive % ((uint64_t)c->machine->triangles_ahead + 1)]);
+        ask_ahead(c);
+        const uint64_t there = later(set_up(c), f->read_ready[f->read_place]);
         if (there > when) {
             c->statistics->raster_wait_geometry += there - when;
             when = there;
@@ -122,26 +150,19 @@ void front_next(clock_state *c, const stamp *stamp)
     f->when = when;
 }
 
-bool front_step(clock_state *c, const stamp *stamp, uint32_t partition)
+void front_step(clock_state *c)
 {
     front *f = &c->front;
-    struct partition *p = &c->partitions[partition];
-    if (!stamp->hierarchical && !has_room(c, p)) {
-        f->blocked_at = f->blocked_at == NEVER ? c->now : f->blocked_at;
-        f->when = NEVER;
-        return false;
+    f->now = f->when;
+    if (f->begins) {
+        f->begun[f->begun_place] = f->now;
+        f->begun_place = next_place(f->begun_place, c->machine->triangles_ahead);
+        f->read_place = next_place(f->read_place, c->machine->triangles_ahead + 1);
+        f->primitive++;
     }
-    if (f->blocked_at != NEVER)
-        c->statistics->raster_wait_queue += c->now - f->blocked_at;
-    f->blocked_at = NEVER;
-    if (f->begins)
-        f->begun[f->primitive++ % (uint64_t)c->machine->triangles_ahead] = c->now;
-    const uint64_t takes = (CYCLE_PARTS + (uint64_t)c->machine->raster_blocks_per_clock - 1) / (uint64_t)c->machine->raster_blocks_per_clock;
-    f->raster_free = later(f->raster_free, c->now * CYCLE_PARTS) + takes;
-    f->busy += takes;
+    f->raster_free = later(f->raster_free, f->now * CYCLE_PARTS) + f->takes;
+    f->busy += f->takes;
     c->last_fragment = later(c->last_fragment, cycles_up(f->raster_free));
-    f->when = NEVER;
-    return true;
 }
 
 void front_end(clock_state *c)
@@ -181,7 +202,12 @@ void clock_resume(clock_state *c, uint64_t begun)
     shift_ring(f->begun, ahead, step);
     shift_ring(f->read_ready, ahead + 1, step);
     f->primitive = begun;
+    f->begun_place = begun % ahead;
+    f->read_place = begun % (ahead + 1);
+    f->set_up_shares = shares_from(f->geometry, count, begun);
     f->shared = share_up(f->geometry, begun, count);
     f->asked = there;
+    f->asked_place = there % (ahead + 1);
+    f->read_shares = shares_from(f->reads, count, there);
     f->reads_issued = later(f->reads_issued, share_up(f->reads, there, count));
 }

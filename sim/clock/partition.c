@@ -1,0 +1,128 @@
+// What a partition consists of: its channel, its units, what is known of its lines, and the ring of stamps on their way.
+#include "clock.h"
+
+#include <stdlib.h>
+
+const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
+
+static uint64_t window_of(const machine *m, unit_kind kind)
+{
+    return (uint64_t)(kind == UNIT_SHADER_STAGE ? m->shader_queue : kind == UNIT_COLOR_STAGE ? m->color_queue : m->depth_queue);
+}
+
+static uint64_t power_above(uint64_t value)
+{
+    uint64_t power = 1;
+    while (power < value)
+        power *= 2;
+    return power;
+}
+
+bool partition_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS])
+{
+    const machine *m = c->machine;
+    const uint64_t most = later((uint64_t)m->depth_queue, (uint64_t)m->color_queue);
+    enum { JOBS_AT_FIRST = 16 };  // few are on their way as a rule: a small ring stays in the nearest cache
+    p->when = NEVER;
+    p->job_mask = JOBS_AT_FIRST - 1;
+    p->jobs = calloc(p->job_mask + 1, sizeof *p->jobs);
+    bool good = p->jobs;
+    for (int s = 0; good && s < STAGES_MAX; s++) {
+        unit *u = &p->units[s];
+        u->flight_mask = power_above(most + (uint64_t)m->rop_latency_cycles + 2) - 1;
+        u->operations = calloc(most, sizeof *u->operations);
+        u->flights = calloc(u->flight_mask + 1, sizeof *u->flights);
+        u->buckets = calloc((size_t)m->interlock_buckets, sizeof *u->buckets);
+        good = u->operations && u->flights && u->buckets;
+    }
+    uint32_t lines = 0;
+    for (int k = 0; good && k < ACCESS_UNITS; k++) {
+        p->fetches[k].misses = calloc((size_t)m->cache_misses_max, sizeof *p->fetches[k].misses);
+        good = p->fetches[k].misses;
+        c->first_line[k] = lines;
+        lines += slots[k];
+    }
+    p->lines = calloc((size_t)lines + 1, sizeof *p->lines);
+    p->used_in = calloc((size_t)lines + 1, sizeof *p->used_in);
+    return good && p->lines && p->used_in;
+}
+
+void partition_free(partition *p)
+{
+    for (uint64_t i = 0; p->jobs && i <= p->job_mask; i++) {
+        free(p->jobs[i].touches);
+        free(p->jobs[i].moves);
+    }
+    free(p->jobs);
+    for (int s = 0; s < STAGES_MAX; s++) {
+        free(p->units[s].operations);
+        free(p->units[s].flights);
+        free(p->units[s].buckets);
+    }
+    for (int k = 0; k < ACCESS_UNITS; k++)
+        free(p->fetches[k].misses);
+    free(p->lines);
+    free(p->used_in);
+}
+
+// At a pass's start everything is idle and drained.
+void partition_begin(clock_state *c, partition *p)
+{
+    p->pushed = 0;
+    p->now = c->drained;
+    p->when = NEVER;
+    for (int s = c->stage_count; s < STAGES_MAX; s++)
+        p->units[s].when = NEVER;
+    for (int s = 0; s < c->stage_count; s++) {
+        unit *u = &p->units[s];
+        const unit old = *u;
+        const unit_kind kind = c->stages[s];
+        const bool lists = kind == UNIT_KERNEL_STAGE || (s == c->stage_count - 1 && kind == UNIT_COLOR_STAGE);
+        *u = (unit){.kind = kind, .partition = (int)(p - c->partitions), .when = NEVER, .window = window_of(c->machine, kind),
+                    .latency = (uint64_t)(kind == UNIT_SHADER_STAGE ? c->machine->shader_latency_cycles : c->machine->rop_latency_cycles),
+                    .first_step = lists ? STEP_STREAM : STEP_PENDING, .port_free = c->drained,
+                    .operation_free = c->drained * CYCLE_PARTS, .second_free = c->drained * CYCLE_PARTS,
+                    .operations = old.operations, .flights = old.flights, .flight_mask = old.flight_mask, .buckets = old.buckets};
+    }
+}
+
+// ---- Stamps on their way -------------------------------------------------------------------------------
+
+static bool reserve_touches(job *job, const stamp_lines *lines)
+{
+    const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
+    if (count <= job->touch_capacity)
+        return true;
+    queued_touch *touches = realloc(job->touches, 2 * count * sizeof *touches);
+    job->touches = touches ? touches : job->touches;
+    queued_move *moves = touches ? realloc(job->moves, 2 * count * sizeof *moves) : NULL;
+    job->moves = moves ? moves : job->moves;
+    job->touch_capacity = moves ? 2 * count : job->touch_capacity;
+    return moves;
+}
+
+// Doubles the ring where the stamps on their way fill it.
+static bool reserve_job(const clock_state *c, partition *p)
+{
+    const uint64_t last = p->units[c->stage_count - 1].started, oldest = last ? last - 1 : 0;
+    if (p->pushed - oldest <= p->job_mask)
+        return true;
+    const uint64_t mask = 2 * p->job_mask + 1;
+    job *grown = calloc(mask + 1, sizeof *grown);
+    if (!grown)
+        return false;
+    for (uint64_t i = oldest; i <= oldest + p->job_mask; i++)  // those not on their way, too: their touches are kept
+        grown[i & mask] = p->jobs[i & p->job_mask];
+    free(p->jobs);
+    p->jobs = grown;
+    p->job_mask = mask;
+    return true;
+}
+
+job *partition_job(const clock_state *c, partition *p, const stamp_lines *lines)
+{
+    if (!reserve_job(c, p))
+        return NULL;
+    job *job = &p->jobs[p->pushed & p->job_mask];
+    return reserve_touches(job, lines) ? job : NULL;
+}
