@@ -45,76 +45,62 @@ static uint64_t color_cost(const clock_state *c, const plane_access *access)
     return access->read ? c->costs.blend[c->frame->plane_bits[access->plane] > 64][quads] : c->costs.write[quads];
 }
 
-// The stage's touches are those of one cache, or of two one behind the other.
-static void take_touches(const clock_state *c, const stamp_lines *lines, access_unit cache, job *job, stage_work *work)
+// The stage's touches are those of one cache, or of two one behind the other. The new number of the job's.
+static uint32_t take_touches(const clock_state *c, const stamp_lines *lines, access_unit cache, job *job, uint32_t taken)
 {
-    const line_touch *line = lines->touches[cache];
-    const uint32_t count = (uint32_t)lines->counts[cache], first = c->first_line[cache];
-    queued_touch *touch = &job->touches[job->touch_count];
-    if (!work->touch_count)
-        work->first_touch = job->touch_count;
-    for (uint32_t i = 0; i < count; i++, line++, touch++) {
-        const bool moves = line->fill.bytes || line->spill.bytes;
-        *touch = (queued_touch){first + line->slot, job->move_count, (uint8_t)cache, line->miss, line->replaces, moves};
-        if (moves)
+    const line_touch *line = lines->touches[cache], *end = line + lines->counts[cache];
+    const uint32_t first = c->first_line[cache];
+    queued_touch *touch = &job->touches[taken];
+    for (; line < end; line++, touch++) {
+        uint32_t how = (line->miss ? TOUCH_MISS : 0) | (line->replaces ? TOUCH_REPLACES : 0);
+        if (line->fill.bytes | line->spill.bytes) {
+            how |= TOUCH_MOVES | job->move_count << TOUCH_MOVE;
             job->moves[job->move_count++] = (queued_move){line->fill, line->spill};
+        }
+        *touch = (queued_touch){first + line->slot, how};
     }
-    job->touch_count += count;
-    work->touch_count += count;
+    return taken + (uint32_t)lines->counts[cache];
 }
 
-static void charge_depth(const clock_state *c, const stamp *stamp, stage_work *work)
+static void charge_kernel(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job, uint32_t taken)
 {
-    uint64_t lanes = 0;
-    for (int i = 0; i < stamp->access_count; i++)
-        if (stamp->accesses[i].unit == ACCESS_DEPTH)
-            lanes |= stamp->accesses[i].read | stamp->accesses[i].written;
-    work->lanes = lanes;
-    work->cost = lanes ? c->costs.depth[quad_count(c, lanes)] : 0;
+    stage_work *work = &job->work[c->stage_of[UNIT_KERNEL_STAGE]];
+    const uint32_t middle = take_touches(c, lines, ACCESS_DEPTH, job, taken), end = take_touches(c, lines, ACCESS_COLOR, job, middle);
+    *work = (stage_work){stamp->lanes, cost(c, stamp->kernel_slots, &c->kernel_rate), 0, taken, end - taken};
 }
 
-static void charge_color(const clock_state *c, const stamp *stamp, stage_work *work)
+static void charge_depth_and_color(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job, uint32_t taken)
 {
+    uint64_t depth_lanes = 0, color_lanes = 0, colors_cost = 0;
     for (int i = 0; i < stamp->access_count; i++) {
         const plane_access *access = &stamp->accesses[i];
-        if (access->unit != ACCESS_COLOR)
-            continue;
-        work->lanes |= access->read | access->written;
-        work->cost += color_cost(c, access);
+        if (access->unit == ACCESS_DEPTH) {
+            depth_lanes |= access->read | access->written;
+        } else if (access->unit == ACCESS_COLOR) {
+            color_lanes |= access->read | access->written;
+            colors_cost += color_cost(c, access);
+        }
     }
+    const uint64_t depth_cost = depth_lanes ? c->costs.depth[quad_count(c, depth_lanes)] : 0;
+    const uint32_t middle = take_touches(c, lines, ACCESS_DEPTH, job, taken), end = take_touches(c, lines, ACCESS_COLOR, job, middle);
+    job->work[c->stage_of[UNIT_DEPTH_STAGE]] = (stage_work){depth_lanes, depth_cost, 0, taken, middle - taken};
+    job->work[c->stage_of[UNIT_COLOR_STAGE]] = (stage_work){color_lanes, colors_cost, 0, middle, end - middle};
 }
 
 void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job)
 {
     job->tile = stamp->tile;
     job->quads = stamp->quads;
-    job->touch_count = job->move_count = 0;
+    job->move_count = 0;
     job->stretch = c->stretch;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;
     job->stream_written = lines->stream_written;
-    for (int s = 0; s < c->stage_count; s++) {
-        stage_work *work = &job->work[s];
-        *work = (stage_work){0};
-        switch (c->stages[s]) {
-        case UNIT_SHADER_STAGE:
-            work->cost = c->costs.shader[stamp->quads_shaded];
-            job->texture_cost = stamp->texture_reads ? cost(c, 4ull * c->frame->samples * stamp->texture_reads, &c->texture_rate) : 0;
-            take_touches(c, lines, ACCESS_TEXTURE, job, work);
-            break;
-        case UNIT_DEPTH_STAGE:
-            charge_depth(c, stamp, work);
-            take_touches(c, lines, ACCESS_DEPTH, job, work);
-            break;
-        case UNIT_COLOR_STAGE:
-            charge_color(c, stamp, work);
-            take_touches(c, lines, ACCESS_COLOR, job, work);
-            break;
-        default:
-            work->lanes = stamp->lanes;
-            work->cost = cost(c, stamp->kernel_slots, &c->kernel_rate);
-            take_touches(c, lines, ACCESS_DEPTH, job, work);
-            take_touches(c, lines, ACCESS_COLOR, job, work);
-        }
-    }
+    const uint32_t taken = take_touches(c, lines, ACCESS_TEXTURE, job, 0);
+    const uint64_t reads_cost = stamp->texture_reads ? cost(c, 4ull * c->frame->samples * stamp->texture_reads, &c->texture_rate) : 0;
+    job->work[c->stage_of[UNIT_SHADER_STAGE]] = (stage_work){0, c->costs.shader[stamp->quads_shaded], reads_cost, 0, taken};
+    if (c->pass.free_kernel)
+        charge_kernel(c, stamp, lines, job, taken);
+    else
+        charge_depth_and_color(c, stamp, lines, job, taken);
 }

@@ -108,16 +108,14 @@ const uint64_t *clock_pass_bounds(const clock_state *c)
 
 static void order_stages(clock_state *c)
 {
-    c->stage_count = 0;
-    if (c->pass.free_kernel) {
-        c->stages[c->stage_count++] = UNIT_SHADER_STAGE;
-        c->stages[c->stage_count++] = UNIT_KERNEL_STAGE;
-        return;
+    static const unit_kind late[] = {UNIT_SHADER_STAGE, UNIT_DEPTH_STAGE, UNIT_COLOR_STAGE}, early[] = {UNIT_DEPTH_STAGE, UNIT_SHADER_STAGE, UNIT_COLOR_STAGE};
+    static const unit_kind of_kernel[] = {UNIT_SHADER_STAGE, UNIT_KERNEL_STAGE};
+    const unit_kind *stages = c->pass.free_kernel ? of_kernel : c->pass.early && c->machine->early_depth ? early : late;
+    c->stage_count = c->pass.free_kernel ? 2 : 3;
+    for (int i = 0; i < c->stage_count; i++) {
+        c->stages[i] = stages[i];
+        c->stage_of[stages[i]] = i;
     }
-    const bool early = c->pass.early && c->machine->early_depth;
-    c->stages[c->stage_count++] = early ? UNIT_DEPTH_STAGE : UNIT_SHADER_STAGE;
-    c->stages[c->stage_count++] = early ? UNIT_SHADER_STAGE : UNIT_DEPTH_STAGE;
-    c->stages[c->stage_count++] = UNIT_COLOR_STAGE;
 }
 
 status clock_begin_pass(clock_state *c, const pass_info *pass, statistics *statistics)
@@ -167,7 +165,8 @@ static void run_out(clock_state *c)
 {
     advance(c, NEVER - 1);
     for (int i = 0; i < c->partition_count; i++)
-        c->front.now = later(c->front.now, c->partitions[i].now);
+        for (int s = 0; s < c->stage_count; s++)
+            c->front.now = later(c->front.now, c->partitions[i].units[s].last_step);
 }
 
 // Nothing can go on although work is left: says which queue is full, the last one: those before it wait for it.

@@ -31,16 +31,17 @@ extern const char *const unit_names[UNIT_KINDS];  // for people (partition.c)
 
 // A touch of a line.
 typedef struct queued_touch {
-    uint32_t line, move;      // in the partition's lines; its transfers among the job's, if it has any
-    uint8_t cache;            // access_unit
-    bool miss, replaces, moves;
+    uint32_t line;            // in the partition's lines
+    uint32_t how;             // TOUCH_..., and its transfers' place among the job's from bit TOUCH_MOVE on, if it has any
 } queued_touch;
+enum { TOUCH_MISS = 1, TOUCH_REPLACES = 2, TOUCH_MOVES = 4, TOUCH_MOVE = 3 };
 typedef struct queued_move { transfer fill, spill; } queued_move;
 
 // A stamp on its way through one stage.
 typedef struct stage_work {
     uint64_t lanes;           // that the stage works on, for the interlock; none in the shader
     uint64_t cost;            // parts of a cycle that the operation takes
+    uint64_t second_cost;     // of the shader stage: texture reads, at the same time
     uint32_t first_touch, touch_count;  // in the job's touches
 } stage_work;
 
@@ -48,13 +49,12 @@ typedef struct job {
     uint32_t tile, quads;
     uint64_t ready;           // arrives at its next stage
     stage_work work[STAGES_MAX];
-    uint64_t texture_cost;    // of the shader stage: texture reads, at the same time as its operation
     queued_touch *touches;
     queued_move *moves;       // of the touches that move bytes: most do not, and copies cost
     uint64_t stretch;         // in which it came
     uint64_t stream_address;
     uint32_t stream_read, stream_written;
-    uint32_t touch_count, move_count, touch_capacity;
+    uint32_t move_count, touch_capacity;
 } job;
 
 // An operation that another one on the same sample must wait for.
@@ -65,29 +65,40 @@ typedef struct span { const char *name; uint64_t start, end; } span;  // of a ti
 enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED, STEP_FILL };  // of a lookup, in this order
 
 typedef struct unit {
+    unit_kind kind;
+    bool lists;               // it is the one that appends to and reads lists
+    bool open;                // a stamp is at hand, and its next step moves bytes
+    uint8_t step;             // how far the stamp at hand got in its next touch
+    uint32_t touch;           // the number of that
     uint64_t when;            // of its next step; NEVER: waits for another unit
+    uint64_t could;           // when that might have been, had there been room
+    uint64_t last_step;
     uint64_t started;         // stamps begun in this pass
     uint64_t port_free;       // cycle
     uint64_t window;          // stamps, of the shader quads, begun here and not begun in the next stage, at most
-    uint64_t quads_started;   // quads of the stamps begun
     uint64_t operation_free, second_free;  // parts
     uint64_t busy, second_busy;  // parts, in this pass
     uint64_t data_ready;
     uint64_t latency;         // of its kind
-    uint32_t touch;           // next touch of the stamp at hand, and
-    uint8_t step;             // how far it got in that touch
-    uint8_t first_step;       // STEP_STREAM in the unit that has the lists
-    bool open;                // a stamp is at hand
+    uint64_t *begun, begun_mask;  // a ring: when the last stamps began, as many as the stage before has room for, and more
     uint64_t *operations;     // of the last stage: when each of the last `window` began
     uint64_t operation;       // where the next one is noted
     flight *flights;          // a ring of `window` and more
     uint64_t flight_count, flight_mask;
     uint64_t *buckets;        // interlock by buckets: when the last operation there is done
-    unit_kind kind;
     int partition;
     uint64_t settled, second_settled;  // cycles of `busy` and `second_busy` that statistics have
     span spans[2];            // of operations and lookups, not written yet
 } unit;
+
+// The shader's window: stamps, in their order, must have begun in the next stage before the latest one may begin here.
+typedef struct shader_room {
+    uint32_t *quads;          // a ring of the stamps begun: as many as the shader's window and more
+    uint64_t mask;
+    uint64_t passed;          // stamps that must have begun there
+    uint64_t held;            // quads of those behind them
+    uint64_t when;            // when the last one that must began there
+} shader_room;
 
 typedef struct line_state {
     uint64_t ready;           // when its bytes are there
@@ -100,13 +111,14 @@ typedef struct fetches {
 } fetches;
 
 typedef struct partition {
-    uint64_t now;             // of the step being done
+    uint64_t now;             // of the step being done that moves bytes
     uint64_t when;            // the earliest step of its units, and
     int next_stage;           // whose it is: the one nearest to the end of the pipeline
     line_state *lines;        // of all caches, one cache behind the other (clock_state.first_line)
     job *jobs;                // a ring
     uint64_t job_mask, pushed;
     unit units[STAGES_MAX];
+    shader_room shader_room;
     channel *channel;
     fetches fetches[ACCESS_UNITS];  // of each cache
     uint64_t *used_in;        // of each line: stretch of the stamp that used it last
@@ -158,6 +170,7 @@ struct clock_state {
     pass_info pass;
     int stage_count, partition_count;
     unit_kind stages[STAGES_MAX];
+    int stage_of[UNIT_KINDS]; // of those that the pass has
     uint32_t first_line[ACCESS_UNITS];  // of each cache, in a partition's lines
     partition *partitions;
     front front;

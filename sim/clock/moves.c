@@ -44,12 +44,18 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
     return ready;
 }
 
+static access_unit cache_of(const clock_state *c, const queued_touch *touch)
+{
+    return touch->line < c->first_line[ACCESS_DEPTH] ? ACCESS_TEXTURE : touch->line < c->first_line[ACCESS_COLOR] ? ACCESS_DEPTH : ACCESS_COLOR;
+}
+
 // Behind stamps that were skipped the line may have been another then, used just now, which a stamp that came at once would not have
 // met: it waits for the earliest of its set's uses instead, one use each.
 static uint64_t earliest_use(const clock_state *c, partition *p, const queued_touch *touch, uint64_t stretch)
 {
     const int64_t ways[ACCESS_UNITS] = {c->machine->texture_cache_ways, c->machine->depth_cache_ways, c->machine->color_cache_ways};
-    const uint32_t line = touch->line, count = (uint32_t)ways[touch->cache], base = c->first_line[touch->cache];
+    const access_unit cache = cache_of(c, touch);
+    const uint32_t line = touch->line, count = (uint32_t)ways[cache], base = c->first_line[cache];
     const uint32_t first = base + (line - base) / count * count;
     uint32_t earliest = line;
     for (uint32_t i = first; i < first + count; i++)
@@ -81,16 +87,16 @@ static uint64_t *first_back(const clock_state *c, const partition *p, fetches *f
 // As far as it can go now.
 bool move_line(clock_state *c, partition *p, unit *u, const job *job, const queued_touch *touch)
 {
-    const queued_move *line = &job->moves[touch->move];
+    const queued_move *line = &job->moves[touch->how >> TOUCH_MOVE];
     statistics *s = c->statistics;
     line_state *state = &p->lines[touch->line];
-    fetches *fetches = &p->fetches[touch->cache];
+    fetches *fetches = &p->fetches[cache_of(c, touch)];
     uint64_t *pending = line->fill.bytes ? first_back(c, p, fetches) : NULL;
     uint64_t when;
     if (u->step <= STEP_PENDING) {
         if (pending && *pending > p->now)
             return wait_until(c, p, u, *pending, &s->unit_wait_misses);
-        const uint64_t used = touch->replaces ? victim_free(c, p, touch, job->stretch) : 0;
+        const uint64_t used = touch->how & TOUCH_REPLACES ? victim_free(c, p, touch, job->stretch) : 0;
         if (used > p->now)
             return wait_until(c, p, u, used, &s->unit_wait_victim);
         u->step = STEP_SPILL;
@@ -112,7 +118,7 @@ bool move_line(clock_state *c, partition *p, unit *u, const job *job, const queu
             return wait_until(c, p, u, when, &s->unit_wait_memory);
         u->step = STEP_FILL;
     }
-    if (touch->miss) {
+    if (touch->how & TOUCH_MISS) {
         state->ready = fill_ready(c, p, &line->fill);
         if (pending) {
             *pending = state->ready;

@@ -21,7 +21,7 @@ static uint64_t power_above(uint64_t value)
 bool partition_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS])
 {
     const machine *m = c->machine;
-    const uint64_t most = later((uint64_t)m->depth_queue, (uint64_t)m->color_queue);
+    const uint64_t most = later((uint64_t)m->depth_queue, (uint64_t)m->color_queue), quads = (uint64_t)m->shader_queue;
     enum { JOBS_AT_FIRST = 16 };  // few are on their way as a rule: a small ring stays in the nearest cache
     p->when = NEVER;
     p->job_mask = JOBS_AT_FIRST - 1;
@@ -30,11 +30,16 @@ bool partition_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UN
     for (int s = 0; good && s < STAGES_MAX; s++) {
         unit *u = &p->units[s];
         u->flight_mask = power_above(most + (uint64_t)m->rop_latency_cycles + 2) - 1;
+        u->begun = calloc(power_above(later(most, quads) + 1), sizeof *u->begun);
         u->operations = calloc(most, sizeof *u->operations);
         u->flights = calloc(u->flight_mask + 1, sizeof *u->flights);
         u->buckets = calloc((size_t)m->interlock_buckets, sizeof *u->buckets);
-        good = u->operations && u->flights && u->buckets;
+        good = u->begun && u->operations && u->flights && u->buckets;
     }
+    // A stamp has a quad or more, so the shader's window holds no more stamps than quads.
+    p->shader_room.mask = power_above(quads + 1) - 1;
+    p->shader_room.quads = calloc(p->shader_room.mask + 1, sizeof *p->shader_room.quads);
+    good = good && p->shader_room.quads;
     uint32_t lines = 0;
     for (int k = 0; good && k < ACCESS_UNITS; k++) {
         p->fetches[k].misses = calloc((size_t)m->cache_misses_max, sizeof *p->fetches[k].misses);
@@ -55,44 +60,46 @@ void partition_free(partition *p)
     }
     free(p->jobs);
     for (int s = 0; s < STAGES_MAX; s++) {
+        free(p->units[s].begun);
         free(p->units[s].operations);
         free(p->units[s].flights);
         free(p->units[s].buckets);
     }
     for (int k = 0; k < ACCESS_UNITS; k++)
         free(p->fetches[k].misses);
+    free(p->shader_room.quads);
     free(p->lines);
     free(p->used_in);
 }
 
-// At a pass's start everything is idle and drained.
+// At a pass's start everything is idle and drained. Times that rings still hold from the pass before are past, and keep nobody
+// waiting.
 void partition_begin(clock_state *c, partition *p)
 {
+    const uint64_t start = c->drained;
+    shader_room *room = &p->shader_room;
     p->pushed = 0;
-    p->now = c->drained;
     p->when = NEVER;
+    *room = (shader_room){.quads = room->quads, .mask = room->mask};
     for (int s = c->stage_count; s < STAGES_MAX; s++)
         p->units[s].when = NEVER;
     for (int s = 0; s < c->stage_count; s++) {
         unit *u = &p->units[s];
         const unit old = *u;
         const unit_kind kind = c->stages[s];
-        const bool lists = kind == UNIT_KERNEL_STAGE || (s == c->stage_count - 1 && kind == UNIT_COLOR_STAGE);
         *u = (unit){.kind = kind, .partition = (int)(p - c->partitions), .when = NEVER, .window = window_of(c->machine, kind),
                     .latency = (uint64_t)(kind == UNIT_SHADER_STAGE ? c->machine->shader_latency_cycles : c->machine->rop_latency_cycles),
-                    .first_step = lists ? STEP_STREAM : STEP_PENDING, .port_free = c->drained,
-                    .operation_free = c->drained * CYCLE_PARTS, .second_free = c->drained * CYCLE_PARTS,
+                    .lists = kind == UNIT_KERNEL_STAGE || (s == c->stage_count - 1 && kind == UNIT_COLOR_STAGE),
+                    .last_step = start, .port_free = start, .operation_free = start * CYCLE_PARTS, .second_free = start * CYCLE_PARTS,
+                    .begun = old.begun, .begun_mask = s ? power_above(p->units[s - 1].window + 1) - 1 : 0,
                     .operations = old.operations, .flights = old.flights, .flight_mask = old.flight_mask, .buckets = old.buckets};
     }
 }
 
 // ---- Stamps on their way -------------------------------------------------------------------------------
 
-static bool reserve_touches(job *job, const stamp_lines *lines)
+static bool reserve_touches(job *job, uint32_t count)
 {
-    const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
-    if (count <= job->touch_capacity)
-        return true;
     queued_touch *touches = realloc(job->touches, 2 * count * sizeof *touches);
     job->touches = touches ? touches : job->touches;
     queued_move *moves = touches ? realloc(job->moves, 2 * count * sizeof *moves) : NULL;
@@ -101,12 +108,9 @@ static bool reserve_touches(job *job, const stamp_lines *lines)
     return moves;
 }
 
-// Doubles the ring where the stamps on their way fill it.
-static bool reserve_job(const clock_state *c, partition *p)
+// Doubles the ring.
+static bool reserve_job(partition *p, uint64_t oldest)
 {
-    const uint64_t last = p->units[c->stage_count - 1].started, oldest = last ? last - 1 : 0;
-    if (p->pushed - oldest <= p->job_mask)
-        return true;
     const uint64_t mask = 2 * p->job_mask + 1;
     job *grown = calloc(mask + 1, sizeof *grown);
     if (!grown)
@@ -121,8 +125,10 @@ static bool reserve_job(const clock_state *c, partition *p)
 
 job *partition_job(const clock_state *c, partition *p, const stamp_lines *lines)
 {
-    if (!reserve_job(c, p))
+    const uint64_t last = p->units[c->stage_count - 1].started, oldest = last ? last - 1 : 0;
+    if (p->pushed - oldest > p->job_mask && !reserve_job(p, oldest))
         return NULL;
     job *job = &p->jobs[p->pushed & p->job_mask];
-    return reserve_touches(job, lines) ? job : NULL;
+    const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
+    return count <= job->touch_capacity || reserve_touches(job, count) ? job : NULL;
 }

@@ -1,5 +1,9 @@
 // The units of a partition: stamps in their order, lines looked up one a cycle, an operation when all lines are there.
 //
+// Units share the channel and the second level, so steps that move bytes are done in order of time. All others look only at what
+// belongs to the unit, at when the stamp is ready, and at when the next unit began those before it, which is noted: they are done
+// in any order, a unit running through all stamps that it can.
+//
 // A stamp begins when it has arrived, the lookup port is free and the next stage's queue has room: at most `window` stamps
 // have begun here and not there (in the last stage: not begun their operation). Each lookup takes a cycle of the port; one
 // that moves bytes has a step of its own (moves.c), all others of a stamp are one. Data are waited for by the operation alone.
@@ -22,41 +26,37 @@ static uint64_t arrived(const partition *p, int stage)
     return stage ? p->units[stage - 1].started - p->units[stage - 1].open : p->pushed;
 }
 
-// Whether the stamp finds room behind those that are here and not yet in the next stage. The shader counts quads; a stamp
-// of more than it holds has it alone.
-static bool has_room(const unit *u, const unit *next, const job *job)
+// When a stamp finds room in the shader, which counts quads; a stamp of more than it holds has it alone. NEVER: not known yet.
+static uint64_t shader_has_room(shader_room *room, const unit *u, const unit *next, uint64_t quads)
 {
-    if (u->kind != UNIT_SHADER_STAGE)
-        return u->started - next->started < u->window;
-    const uint64_t quads = u->quads_started - next->quads_started;
-    return !quads || quads + job->quads <= u->window;
+    for (; room->held + quads > u->window && room->passed < u->started; room->passed++) {
+        if (room->passed == next->started)
+            return NEVER;
+        room->held -= room->quads[room->passed & room->mask];
+        room->when = next->begun[room->passed & next->begun_mask];
+    }
+    return room->when;
+}
+
+// When a stamp finds room behind those that are here and not yet in the next stage. NEVER: not known yet.
+static uint64_t has_room(const unit *u, const unit *next, bool last)
+{
+    if (last)
+        return u->window ? u->operations[u->operation] : NEVER;  // machine files have no queue of no places
+    return u->started < next->started + u->window ? next->begun[(u->started - u->window) & next->begun_mask] : NEVER;
 }
 
 // Sets unit.when of a unit that has no stamp at hand.
-static void unit_next(const clock_state *c, partition *p, int stage)
+static inline void unit_next(const clock_state *c, partition *p, unit *u, int stage)
 {
-    unit *u = &p->units[stage];
     u->when = NEVER;
     if (u->started == arrived(p, stage))
         return;
     const job *job = job_at(p, u->started);
-    uint64_t when = later(job->ready, u->port_free);
-    if (stage + 1 < c->stage_count) {
-        if (!has_room(u, u + 1, job))
-            return;  // asked again when the next unit begins one
-    } else if (!u->window) {
-        return;  // machine files have no such queue
-    } else if (u->started >= u->window) {
-        when = later(when, u->operations[u->operation]);
-    }
-    u->when = later(when, p->now);
-}
-
-// The same where something happened that it may have waited for. What can begin, or is at hand, knows when.
-static void unit_wake(const clock_state *c, partition *p, int stage)
-{
-    if (p->units[stage].when == NEVER)
-        unit_next(c, p, stage);
+    const uint64_t room = u->kind == UNIT_SHADER_STAGE ? shader_has_room(&p->shader_room, u, u + 1, job->quads)
+                                                       : has_room(u, u + 1, stage + 1 == c->stage_count);
+    u->could = later(job->ready, u->port_free);
+    u->when = later(u->could, room);
 }
 
 // The earliest step; of several the one nearest to the end of the pipeline. Stages that the pass has not never have one.
@@ -110,11 +110,11 @@ static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t l
             u->buckets[bucket_of(c, tile, __builtin_ctzll(left))] = done;
 }
 
-static void note_operation(const clock_state *c, unit *u, uint64_t looked_up, uint64_t free, uint64_t begin, uint64_t end)
+static void note_operation(const clock_state *c, unit *u, uint64_t looked_up, uint64_t free, uint64_t begin, uint64_t end, uint64_t data_ready)
 {
     const uint64_t ready = later(looked_up, cycles_up(free));
-    spans_note(c, u, false, "waits for data", ready, u->data_ready);
-    spans_note(c, u, false, "waits for a sample", later(ready, u->data_ready), begin / CYCLE_PARTS);
+    spans_note(c, u, false, "waits for data", ready, data_ready);
+    spans_note(c, u, false, "waits for a sample", later(ready, data_ready), begin / CYCLE_PARTS);
     spans_note(c, u, false, "works", begin / CYCLE_PARTS, cycles_up(end));
 }
 
@@ -129,72 +129,89 @@ static void use_lines(partition *p, const job *job, const stage_work *work, uint
             p->used_in[touches[i].line] = job->stretch;
 }
 
+// Done is the stamp that the unit has at hand: its operation begins at `begin`, in parts.
+static inline void finish(clock_state *c, unit *u, int stage, job *job, uint64_t at, uint64_t begin, uint64_t ready)
+{
+    job->ready = ready;
+    u->open = false;
+    u->port_free = at + 1;
+    if (stage + 1 == c->stage_count) {
+        const uint64_t place = u->operation, next = place + 1;
+        u->operations[place] = begin / CYCLE_PARTS;
+        u->operation = next == u->window ? 0 : next;
+        c->last_fragment = later(c->last_fragment, ready);
+    }
+}
+
 // The stamp's operation: when it begins, ends and is done. The last lookup was made in cycle `at`.
-static void operate(clock_state *c, partition *p, unit *u, int stage, job *job, uint64_t at)
+static inline void operate(clock_state *c, partition *p, unit *u, int stage, job *job, uint64_t at, uint64_t data_ready)
 {
     const stage_work *work = &job->work[stage];
-    const uint64_t second_cost = u->kind == UNIT_SHADER_STAGE ? job->texture_cost : 0;
+    const uint64_t cost = work->cost, second_cost = work->second_cost;
     const uint64_t looked_up = work->touch_count ? at + 1 : at, free = u->operation_free;
     uint64_t begin = later(looked_up * CYCLE_PARTS, free);
     begin = second_cost ? later(begin, u->second_free) : begin;
-    if (u->data_ready * CYCLE_PARTS > begin) {
-        c->statistics->unit_wait_data += u->data_ready - begin / CYCLE_PARTS;
-        begin = u->data_ready * CYCLE_PARTS;
+    if (data_ready * CYCLE_PARTS > begin) {
+        c->statistics->unit_wait_data += data_ready - begin / CYCLE_PARTS;
+        begin = data_ready * CYCLE_PARTS;
     }
-    // A stamp that leaves the unit nothing to do neither waits nor keeps others waiting. So flights are done in order.
-    const bool works = work->cost || second_cost || work->touch_count;
-    const uint64_t lanes = works ? work->lanes : 0;
-    if (lanes) {
-        const uint64_t done = interlocked(c, u, job->tile, lanes, begin / CYCLE_PARTS);
+    if (work->lanes) {
+        const uint64_t done = interlocked(c, u, job->tile, work->lanes, begin / CYCLE_PARTS);
         if (done * CYCLE_PARTS > begin) {
             c->statistics->unit_wait_interlock += done - begin / CYCLE_PARTS;
             begin = done * CYCLE_PARTS;
         }
     }
-    const uint64_t end = begin + later(work->cost, second_cost), ended = cycles_up(end);
-    if (c->timeline && works)
-        note_operation(c, u, looked_up, free, begin, end);
-    u->operation_free = begin + work->cost;
-    u->busy += work->cost;
+    const uint64_t end = begin + later(cost, second_cost), ended = cycles_up(end), ready = ended + u->latency;
+    if (c->timeline)
+        note_operation(c, u, looked_up, free, begin, end, data_ready);
+    u->operation_free = begin + cost;
+    u->busy += cost;
     if (second_cost) {
         u->second_free = begin + second_cost;
         u->second_busy += second_cost;
     }
-    job->ready = ended + (works ? u->latency : 0);
-    if (lanes)
-        note_flight(c, u, job->tile, lanes, job->ready);
+    if (work->lanes)
+        note_flight(c, u, job->tile, work->lanes, ready);
     use_lines(p, job, work, ended);
-    if (stage == c->stage_count - 1) {
-        u->operations[u->operation] = begin / CYCLE_PARTS;
-        u->operation = u->operation + 1 == u->window ? 0 : u->operation + 1;
-        c->last_fragment = later(c->last_fragment, job->ready);
-    }
+    finish(c, u, stage, job, at, begin, ready);
+}
+
+// A stamp that leaves the unit nothing to do neither waits nor keeps others waiting, so flights are done in order.
+static inline void pass_on(clock_state *c, unit *u, int stage, job *job, uint64_t at, uint64_t data_ready)
+{
+    const uint64_t begin = later(later(at, data_ready) * CYCLE_PARTS, u->operation_free);
+    if (data_ready * CYCLE_PARTS > later(at * CYCLE_PARTS, u->operation_free))
+        c->statistics->unit_wait_data += data_ready - later(at, u->operation_free / CYCLE_PARTS);
+    u->operation_free = begin;
+    finish(c, u, stage, job, at, begin, cycles_up(begin));
 }
 
 // ---- Steps ---------------------------------------------------------------------------------------------
 
 // Begins the stamp: the room that it had in the queue before is free.
-static void begin_stamp(clock_state *c, partition *p, unit *u, int stage, const job *job)
+static inline void begin_stamp(clock_state *c, partition *p, unit *u, const job *job)
 {
-    const uint64_t could = later(job->ready, u->port_free);
-    c->statistics->unit_wait_queue += p->now - could;
+    const uint64_t now = u->when;
+    c->statistics->unit_wait_queue += now - u->could;
     if (c->timeline)
-        spans_note(c, u, true, "next queue full", could, p->now);
+        spans_note(c, u, true, "next queue full", u->could, now);
+    if (u->kind == UNIT_SHADER_STAGE) {
+        p->shader_room.quads[u->started & p->shader_room.mask] = job->quads;
+        p->shader_room.held += job->quads;
+    }
+    u->begun[u->started++ & u->begun_mask] = now;
     u->open = true;
     u->touch = 0;
     u->data_ready = 0;
-    u->quads_started += job->quads;
-    u->started++;
-    u->step = u->first_step;
-    if (stage)
-        unit_wake(c, p, stage - 1);
+    u->step = u->lists && (job->stream_written || job->stream_read) ? STEP_STREAM : STEP_PENDING;
 }
 
 // A lookup that moves no bytes asks nothing of what others use, so it need not wait for its turn among their steps. It is made
 // in its cycle or when the replaced line is free: that cycle.
 static uint64_t miss_alone(clock_state *c, partition *p, unit *u, const job *job, const queued_touch *touch, uint64_t at)
 {
-    const uint64_t free = touch->replaces ? victim_free(c, p, touch, job->stretch) : 0;
+    const uint64_t free = touch->how & TOUCH_REPLACES ? victim_free(c, p, touch, job->stretch) : 0;
     if (free > at) {
         c->statistics->unit_wait_victim += free - at;
         if (c->timeline)
@@ -205,57 +222,73 @@ static uint64_t miss_alone(clock_state *c, partition *p, unit *u, const job *job
     return at;
 }
 
-// All lookups that can be made now: the cycle of the last one. NEVER: the next one has a step of its own, at unit.when.
-static uint64_t look_up(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work)
+// All lookups that can be made now: the cycle of the last one, and when all lines are there. NEVER: the next one has a step of its
+// own, at unit.when. `turn`: what moves bytes at unit.when is done.
+static inline uint64_t look_up(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work, bool turn, uint64_t *data_ready)
 {
-    const queued_touch *touches = job->touches + work->first_touch;
-    const uint32_t count = work->touch_count;
-    uint64_t at = p->now, data_ready = u->data_ready;
-    for (uint32_t i = u->touch; i < count; i++) {
-        const queued_touch *touch = &touches[i];
-        if (touch->moves) {
-            u->touch = i;
-            u->data_ready = data_ready;
+    const queued_touch *first = job->touches + work->first_touch, *touch = first + u->touch, *end = first + work->touch_count;
+    const uint64_t now = u->when;
+    uint64_t at = now, ready = u->data_ready;
+    for (; touch < end; at += ++touch < end) {
+        if (touch->how & TOUCH_MOVES) {
+            u->touch = (uint32_t)(touch - first);
+            u->data_ready = ready;
             u->when = at;
-            if (at > p->now || !move_line(c, p, u, job, touch))
+            if (!turn || at > now || !move_line(c, p, u, job, touch))
                 return NEVER;
-            data_ready = u->data_ready;
+            ready = u->data_ready;
             u->step = STEP_PENDING;
-        } else {
-            at = touch->miss ? miss_alone(c, p, u, job, touch, at) : at;
-            data_ready = later(data_ready, p->lines[touch->line].ready);
+            continue;
         }
-        at += i + 1 < count;
+        at = touch->how & TOUCH_MISS ? miss_alone(c, p, u, job, touch, at) : at;
+        ready = later(ready, p->lines[touch->line].ready);
     }
-    u->data_ready = data_ready;
+    *data_ready = ready;
     return at;
 }
 
-static void unit_step(clock_state *c, partition *p, int stage)
+// What can be done at unit.when of the stamp at hand, or of the next one. If the unit is then open it waits: for its turn, or for more.
+static inline void unit_step(clock_state *c, partition *p, unit *u, int stage, bool turn)
+{
+    u->last_step = u->when;
+    if (!u->open)
+        begin_stamp(c, p, u, job_at(p, u->started));
+    job *job = job_at(p, u->started - 1);
+    const stage_work *work = &job->work[stage];
+    if (u->step == STEP_STREAM && (!turn || !move_stream(c, p, u, job)))
+        return;
+    if (!(work->cost | work->second_cost | work->touch_count)) {
+        pass_on(c, u, stage, job, u->when, u->data_ready);
+        return;
+    }
+    uint64_t data_ready;
+    const uint64_t at = look_up(c, p, u, job, work, turn, &data_ready);
+    if (at != NEVER)
+        operate(c, p, u, stage, job, at, data_ready);
+}
+
+// All steps up to cycle `until` that move no bytes; whether there was one. Sets unit.when.
+static bool unit_run(clock_state *c, partition *p, int stage, uint64_t until)
 {
     unit *u = &p->units[stage];
-    if (!u->open)
-        begin_stamp(c, p, u, stage, job_at(p, u->started));
-    job *job = job_at(p, u->started - 1);
-    if (u->step == STEP_STREAM && !move_stream(c, p, u, job))
-        return;
-    const uint64_t at = look_up(c, p, u, job, &job->work[stage]);
-    if (at == NEVER)
-        return;
-    operate(c, p, u, stage, job, at);
-    u->open = false;
-    u->port_free = at + 1;
-    unit_next(c, p, stage);
-    if (stage + 1 < c->stage_count)
-        unit_wake(c, p, stage + 1);
+    const uint64_t started = u->started;
+    while (!u->open) {
+        unit_next(c, p, u, stage);
+        if (u->when > until)
+            break;
+        unit_step(c, p, u, stage, false);
+    }
+    return u->started > started;
 }
 
 void partition_push(const clock_state *c, partition *p)
 {
+    unit *u = &p->units[0];
     p->pushed++;
-    unit_wake(c, p, 0);
-    if (p->units[0].when < p->when) {
-        p->when = p->units[0].when;
+    if (!u->open)
+        unit_next(c, p, u, 0);
+    if (u->when < p->when) {
+        p->when = u->when;
         p->next_stage = 0;
     }
 }
@@ -263,12 +296,23 @@ void partition_push(const clock_state *c, partition *p)
 void partition_step(clock_state *c, partition *p)
 {
     p->now = p->when;
-    unit_step(c, p, p->next_stage);
+    unit_step(c, p, &p->units[p->next_stage], p->next_stage, true);
+    for (int s = 0; s < c->stage_count; s++)
+        if (!p->units[s].open)
+            unit_next(c, p, &p->units[s], s);
     choose_step(p);
 }
 
 void partition_advance(clock_state *c, partition *p, uint64_t until)
 {
-    while (p->when <= until)
-        partition_step(c, p);
+    while (p->when <= until) {
+        if (p->units[p->next_stage].open)
+            partition_step(c, p);
+        for (bool ran = true; ran;) {
+            ran = false;
+            for (int s = 0; s < c->stage_count; s++)
+                ran |= unit_run(c, p, s, until);
+        }
+        choose_step(p);
+    }
 }
