@@ -46,20 +46,19 @@ static uint64_t color_cost(const clock_state *c, const plane_access *access)
 }
 
 // The stage's touches are those of one cache, or of two one behind the other. The new number of the job's.
-static uint32_t take_touches(const clock_state *c, const stamp_lines *lines, access_unit cache, job *job, uint32_t taken)
+static inline uint32_t take_touches(const clock_state *c, const stamp_lines *lines, access_unit cache, job *job, uint32_t taken)
 {
-    const line_touch *line = lines->touches[cache], *end = line + lines->counts[cache];
+    const line_touch *line = lines->touches[cache];
     const uint32_t first = c->first_line[cache];
-    queued_touch *touch = &job->touches[taken];
-    for (; line < end; line++, touch++) {
+    for (int left = lines->counts[cache]; left > 0; left--, line++) {
         uint32_t how = (line->miss ? TOUCH_MISS : 0) | (line->replaces ? TOUCH_REPLACES : 0);
         if (line->fill.bytes | line->spill.bytes) {
             how |= TOUCH_MOVES | job->move_count << TOUCH_MOVE;
             job->moves[job->move_count++] = (queued_move){line->fill, line->spill};
         }
-        *touch = (queued_touch){first + line->slot, how};
+        job->touches[taken++] = (queued_touch){first + line->slot, how};
     }
-    return taken + (uint32_t)lines->counts[cache];
+    return taken;
 }
 
 static void charge_kernel(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job, uint32_t taken)

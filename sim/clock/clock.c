@@ -211,12 +211,13 @@ static bool wait_for_room(clock_state *c, partition *p)
 
 static status push(clock_state *c, partition *p, const stamp *stamp, const stamp_lines *lines)
 {
-    job *job = partition_job(c, p, lines);
+    job *job = partition_new_job(c, p, (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]));
     if (!job)
         return refuse_memory(c);
     charge_stamp(c, stamp, lines, job);
     job->ready = cycles_up(c->front.raster_free);  // later than front.now
-    partition_push(c, p);
+    p->pushed++;
+    p->when = job->ready < p->when ? job->ready : p->when;
     return STATUS_OK;
 }
 

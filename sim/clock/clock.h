@@ -1,15 +1,24 @@
 // What the files of the timing model share: clock.c runs passes, partition.c makes what a partition consists of, unit.c steps its
 // units, moves.c is what lookups wait for that move bytes, front.c the geometry and the rasterizer, charge.c what work costs.
 //
-// Nothing ticks: each unit says when it can do its next step, and the earliest one of a partition does it, so that steps are
-// done in order of time and each sees all that came before it. docs/machine.md has the rules step by step.
+// Nothing ticks: each unit says when it can do its next step, and does it when its turn comes. docs/machine.md has the rules step by
+// step. Turns need an order only where steps meet in something that they share:
 //
-// Partitions know nothing of each other, and so their steps need no common order. What comes from outside is a stamp for the
-// first unit, which arrives later than the rasterizer is (front.now), and a line of geometry through the channel, at front.now.
-// What is asked from outside is whether the first unit's queue has room at front.now, and counts. So a partition may stay behind
-// as long as nobody asks: stamps that have begun only grow in number, so a queue with room by what is known has it in truth. When
-// somebody asks, the partition first does all steps up to that time (partition_advance), and is then as if it had never waited.
-// Steps of many stamps in one go find their data and their branches where they left them.
+// Partitions share nothing. What comes to one from outside is a stamp for its first unit, which arrives later than the rasterizer is
+// (front.now), and a line of geometry through its channel, at front.now. What is asked from outside is whether the first unit's
+// queue has room at front.now, and counts, which are sums. So a partition may stay behind as long as nobody asks: stamps that
+// have begun only grow in number, so a queue with room by what is known has it in truth. When somebody asks, the partition first
+// does all steps up to that time (partition_advance), and is then as if it had never waited.
+//
+// Units of a partition share the channel and the second level: steps that move bytes are done in order of time, of those of one cycle
+// the one nearest to the end of the pipeline first. All other steps look at what belongs to the unit (its port, its operations,
+// the lines of its caches, as no cache is of two units) and at times that do not change once they are known: when the stamp comes
+// from the unit before, and when the next unit began those ahead of it. So they give the same in any order, and a unit runs
+// through all stamps that it can: data and branches are then where the last stamp left them. A step that needs a time that is not
+// known yet waits until it is.
+//
+// Where a file is written, steps of all partitions are done in order of time one by one (clock_state.in_order), as the order of lines
+// in it is that of calls.
 #ifndef ROPSIM_CLOCK_H
 #define ROPSIM_CLOCK_H
 
@@ -66,9 +75,11 @@ enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVIC
 
 typedef struct unit {
     unit_kind kind;
+    bool last;                // of the pass's stages
     bool lists;               // it is the one that appends to and reads lists
-    bool open;                // a stamp is at hand, and its next step moves bytes
-    uint8_t step;             // how far the stamp at hand got in its next touch
+    bool full;                // the next stamp finds no room, and when it will is not known
+    bool open;                // a stamp is at hand whose next step moves bytes
+    uint8_t step;             // of that stamp: how far it got in its next touch
     uint32_t touch;           // the number of that
     uint64_t when;            // of its next step; NEVER: waits for another unit
     uint64_t could;           // when that might have been, had there been room
@@ -78,7 +89,7 @@ typedef struct unit {
     uint64_t window;          // stamps, of the shader quads, begun here and not begun in the next stage, at most
     uint64_t operation_free, second_free;  // parts
     uint64_t busy, second_busy;  // parts, in this pass
-    uint64_t data_ready;
+    uint64_t data_ready;      // of that stamp: when the lines looked up are there
     uint64_t latency;         // of its kind
     uint64_t *begun, begun_mask;  // a ring: when the last stamps began, as many as the stage before has room for, and more
     uint64_t *operations;     // of the last stage: when each of the last `window` began
@@ -112,8 +123,8 @@ typedef struct fetches {
 
 typedef struct partition {
     uint64_t now;             // of the step being done that moves bytes
-    uint64_t when;            // the earliest step of its units, and
-    int next_stage;           // whose it is: the one nearest to the end of the pipeline
+    uint64_t when;            // no unit has a step before. After partition_advance or partition_step one has a step then,
+    int next_stage;           // this one: of several the one nearest to the end of the pipeline
     line_state *lines;        // of all caches, one cache behind the other (clock_state.first_line)
     job *jobs;                // a ring
     uint64_t job_mask, pushed;
@@ -127,11 +138,11 @@ typedef struct partition {
     channel_counts before, settled;  // at the pass's start; what statistics have
 } partition;
 
-// i * value / count, rounded up, for one i after the other: shares that add up to the value, without a division each.
+// A value in `count` whole shares that add up to it: number i (from 0) is ceil((i + 1) value / count) - ceil(i value / count). One
+// after the other they need no division: `over` / count is by how much those so far, rounded up, are too much.
 typedef struct shares {
-    uint64_t value, count;
-    uint64_t step, step_rest; // value / count
-    uint64_t whole, rest;     // i * value / count, rounded down, and what is left
+    uint64_t count, least, rest;  // value = least * count + rest
+    uint64_t over;
 } shares;
 
 typedef struct front {
@@ -142,7 +153,6 @@ typedef struct front {
     uint64_t start;           // of the pass
     uint64_t geometry;        // parts that vertices and set-up take
     uint64_t set_up;          // parts: when the last primitive was
-    uint64_t shared;          // parts of `geometry` that went to primitives so far
     shares set_up_shares, read_shares;  // of `geometry` by primitive, of `reads` by primitive asked for
     uint64_t *begun;          // when each of the last triangles_ahead primitives came to the rasterizer
     bool begins;              // the stamp at hand begins one
@@ -196,15 +206,15 @@ void front_next(clock_state *clock, const stamp *stamp);
 void front_step(clock_state *clock);
 void front_end(clock_state *clock);
 
-// A partition (partition.c). partition_job: of the stamp that comes next, with room for its touches; NULL: out of memory.
+// A partition (partition.c).
 bool partition_make(clock_state *clock, partition *partition, const uint32_t slots[ACCESS_UNITS]);
 void partition_free(partition *partition);
 void partition_begin(clock_state *clock, partition *partition);
-job *partition_job(const clock_state *clock, partition *partition, const stamp_lines *lines);
+// Of the stamp that comes next, with room for so many touches; NULL: out of memory.
+job *partition_new_job(const clock_state *clock, partition *partition, uint32_t touches);
 
 // Its steps (unit.c).
-void partition_push(const clock_state *clock, partition *partition);    // the job of partition_job has arrived
-void partition_step(clock_state *clock, partition *partition);          // the earliest one; there is one
+void partition_step(clock_state *clock, partition *partition);          // the one at partition.when, if there is one then
 void partition_advance(clock_state *clock, partition *partition, uint64_t until);  // all up to and with this cycle
 
 // What moves bytes (moves.c), at partition.now; false: it waits until unit.when.

@@ -15,26 +15,21 @@ static uint64_t share_up(uint64_t value, uint64_t numerator, uint64_t denominato
     return (uint64_t)(((wide)value * numerator + denominator - 1) / denominator);
 }
 
-// The i-th of a value's shares, from 0.
+// From share number `i` on.
 static shares shares_from(uint64_t value, uint64_t count, uint64_t i)
 {
     __extension__ typedef unsigned __int128 wide;
     if (!count)
         return (shares){0};
-    return (shares){.value = value, .count = count, .step = value / count, .step_rest = value % count,
-                    .whole = (uint64_t)((wide)value * i / count), .rest = (uint64_t)((wide)value * i % count)};
+    const uint64_t behind = (uint64_t)((wide)value * i % count);
+    return (shares){.count = count, .least = value / count, .rest = value % count, .over = behind ? count - behind : 0};
 }
 
-// All up to and with the next one, rounded up.
 static uint64_t next_share(shares *s)
 {
-    s->whole += s->step;
-    s->rest += s->step_rest;
-    if (s->rest >= s->count) {
-        s->rest -= s->count;
-        s->whole++;
-    }
-    return s->whole + (s->rest > 0);
+    const uint64_t one_more = s->rest > s->over;
+    s->over += (one_more ? s->count : 0) - s->rest;
+    return s->least + one_more;
 }
 
 static uint64_t next_place(uint64_t place, int64_t places)
@@ -115,7 +110,7 @@ static void ask_ahead(clock_state *c)
     const uint64_t count = c->pass.primitives, ahead = (uint64_t)c->machine->triangles_ahead;
     const uint64_t end = f->primitive + ahead < count ? f->primitive + ahead + 1 : count;
     for (; f->asked < end; f->asked++) {
-        for (const uint64_t wanted = next_share(&f->read_shares); f->reads_issued < wanted;)
+        for (uint64_t left = next_share(&f->read_shares); left > 0; left--)
             f->read_done = later(f->read_done, read_line(c, f->base, f->reads_issued++));
         f->read_ready[f->asked_place] = f->read_done;
         f->asked_place = next_place(f->asked_place, c->machine->triangles_ahead + 1);
@@ -127,10 +122,9 @@ static uint64_t set_up(clock_state *c)
 {
     front *f = &c->front;
     // Its share of all that the pass's geometry takes, so that all shares add up to it.
-    const uint64_t shared = next_share(&f->set_up_shares), share = shared - f->shared;
+    const uint64_t share = next_share(&f->set_up_shares);
     const uint64_t room = f->primitive < (uint64_t)c->machine->triangles_ahead ? f->start : f->begun[f->begun_place];
     f->set_up = later(f->set_up, room * CYCLE_PARTS) + share;
-    f->shared = shared;
     return cycles_up(f->set_up);
 }
 
@@ -205,7 +199,6 @@ void clock_resume(clock_state *c, uint64_t begun)
     f->begun_place = begun % ahead;
     f->read_place = begun % (ahead + 1);
     f->set_up_shares = shares_from(f->geometry, count, begun);
-    f->shared = share_up(f->geometry, begun, count);
     f->asked = there;
     f->asked_place = there % (ahead + 1);
     f->read_shares = shares_from(f->reads, count, there);

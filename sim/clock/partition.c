@@ -89,7 +89,7 @@ void partition_begin(clock_state *c, partition *p)
         const unit_kind kind = c->stages[s];
         *u = (unit){.kind = kind, .partition = (int)(p - c->partitions), .when = NEVER, .window = window_of(c->machine, kind),
                     .latency = (uint64_t)(kind == UNIT_SHADER_STAGE ? c->machine->shader_latency_cycles : c->machine->rop_latency_cycles),
-                    .lists = kind == UNIT_KERNEL_STAGE || (s == c->stage_count - 1 && kind == UNIT_COLOR_STAGE),
+                    .last = s + 1 == c->stage_count, .lists = kind == UNIT_KERNEL_STAGE || (s == c->stage_count - 1 && kind == UNIT_COLOR_STAGE),
                     .last_step = start, .port_free = start, .operation_free = start * CYCLE_PARTS, .second_free = start * CYCLE_PARTS,
                     .begun = old.begun, .begun_mask = s ? power_above(p->units[s - 1].window + 1) - 1 : 0,
                     .operations = old.operations, .flights = old.flights, .flight_mask = old.flight_mask, .buckets = old.buckets};
@@ -108,10 +108,10 @@ static bool reserve_touches(job *job, uint32_t count)
     return moves;
 }
 
-// Doubles the ring.
-static bool reserve_job(partition *p, uint64_t oldest)
+// Doubles the ring. The last unit has begun `begun` stamps, and may have the last one of those at hand.
+static bool reserve_job(partition *p, uint64_t begun)
 {
-    const uint64_t mask = 2 * p->job_mask + 1;
+    const uint64_t mask = 2 * p->job_mask + 1, oldest = begun ? begun - 1 : 0;
     job *grown = calloc(mask + 1, sizeof *grown);
     if (!grown)
         return false;
@@ -123,12 +123,11 @@ static bool reserve_job(partition *p, uint64_t oldest)
     return true;
 }
 
-job *partition_job(const clock_state *c, partition *p, const stamp_lines *lines)
+job *partition_new_job(const clock_state *c, partition *p, uint32_t touches)
 {
-    const uint64_t last = p->units[c->stage_count - 1].started, oldest = last ? last - 1 : 0;
-    if (p->pushed - oldest > p->job_mask && !reserve_job(p, oldest))
+    const uint64_t begun = p->units[c->stage_count - 1].started;
+    if (p->pushed - begun >= p->job_mask && !reserve_job(p, begun))
         return NULL;
     job *job = &p->jobs[p->pushed & p->job_mask];
-    const uint32_t count = (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]);
-    return count <= job->touch_capacity || reserve_touches(job, count) ? job : NULL;
+    return touches <= job->touch_capacity || reserve_touches(job, touches) ? job : NULL;
 }

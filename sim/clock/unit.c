@@ -1,14 +1,10 @@
 // The units of a partition: stamps in their order, lines looked up one a cycle, an operation when all lines are there.
 //
-// Units share the channel and the second level, so steps that move bytes are done in order of time. All others look only at what
-// belongs to the unit, at when the stamp is ready, and at when the next unit began those before it, which is noted: they are done
-// in any order, a unit running through all stamps that it can.
-//
 // A stamp begins when it has arrived, the lookup port is free and the next stage's queue has room: at most `window` stamps
 // have begun here and not there (in the last stage: not begun their operation). Each lookup takes a cycle of the port; one
 // that moves bytes has a step of its own (moves.c), all others of a stamp are one. Data are waited for by the operation alone.
 // Operations are in order, each when its lines are there, the unit is free and, by the interlock, no earlier one on the same
-// sample is under way.
+// sample is under way. clock.h says where steps need an order.
 #include "clock.h"
 
 enum { INTERLOCK_NONE, INTERLOCK_EXACT, INTERLOCK_BUCKETS };  // machine.interlock
@@ -21,13 +17,13 @@ static job *job_at(const partition *p, uint64_t number)
 }
 
 // Stamps that have arrived, or will at a known time.
-static uint64_t arrived(const partition *p, int stage)
+static inline uint64_t arrived(const partition *p, int stage)
 {
     return stage ? p->units[stage - 1].started - p->units[stage - 1].open : p->pushed;
 }
 
 // When a stamp finds room in the shader, which counts quads; a stamp of more than it holds has it alone. NEVER: not known yet.
-static uint64_t shader_has_room(shader_room *room, const unit *u, const unit *next, uint64_t quads)
+static inline uint64_t shader_has_room(shader_room *room, const unit *u, const unit *next, uint64_t quads)
 {
     for (; room->held + quads > u->window && room->passed < u->started; room->passed++) {
         if (room->passed == next->started)
@@ -39,24 +35,20 @@ static uint64_t shader_has_room(shader_room *room, const unit *u, const unit *ne
 }
 
 // When a stamp finds room behind those that are here and not yet in the next stage. NEVER: not known yet.
-static uint64_t has_room(const unit *u, const unit *next, bool last)
+static inline uint64_t has_room(const unit *u, const unit *next)
 {
-    if (last)
+    if (u->last)
         return u->window ? u->operations[u->operation] : NEVER;  // machine files have no queue of no places
     return u->started < next->started + u->window ? next->begun[(u->started - u->window) & next->begun_mask] : NEVER;
 }
 
-// Sets unit.when of a unit that has no stamp at hand.
-static inline void unit_next(const clock_state *c, partition *p, unit *u, int stage)
+// Sets unit.when of a unit that has no stamp at hand, and this one next.
+static inline void unit_next(partition *p, unit *u, const job *job)
 {
-    u->when = NEVER;
-    if (u->started == arrived(p, stage))
-        return;
-    const job *job = job_at(p, u->started);
-    const uint64_t room = u->kind == UNIT_SHADER_STAGE ? shader_has_room(&p->shader_room, u, u + 1, job->quads)
-                                                       : has_room(u, u + 1, stage + 1 == c->stage_count);
+    const uint64_t room = u->kind == UNIT_SHADER_STAGE ? shader_has_room(&p->shader_room, u, u + 1, job->quads) : has_room(u, u + 1);
     u->could = later(job->ready, u->port_free);
     u->when = later(u->could, room);
+    u->full = room == NEVER;
 }
 
 // The earliest step; of several the one nearest to the end of the pipeline. Stages that the pass has not never have one.
@@ -129,13 +121,12 @@ static void use_lines(partition *p, const job *job, const stage_work *work, uint
             p->used_in[touches[i].line] = job->stretch;
 }
 
-// Done is the stamp that the unit has at hand: its operation begins at `begin`, in parts.
-static inline void finish(clock_state *c, unit *u, int stage, job *job, uint64_t at, uint64_t begin, uint64_t ready)
+// The stamp's operation begins at `begin`, in parts; the last lookup was made in cycle `at`.
+static inline void finish(clock_state *c, unit *u, job *job, uint64_t at, uint64_t begin, uint64_t ready)
 {
     job->ready = ready;
-    u->open = false;
     u->port_free = at + 1;
-    if (stage + 1 == c->stage_count) {
+    if (u->last) {
         const uint64_t place = u->operation, next = place + 1;
         u->operations[place] = begin / CYCLE_PARTS;
         u->operation = next == u->window ? 0 : next;
@@ -144,9 +135,8 @@ static inline void finish(clock_state *c, unit *u, int stage, job *job, uint64_t
 }
 
 // The stamp's operation: when it begins, ends and is done. The last lookup was made in cycle `at`.
-static inline void operate(clock_state *c, partition *p, unit *u, int stage, job *job, uint64_t at, uint64_t data_ready)
+static inline void operate(clock_state *c, partition *p, unit *u, job *job, const stage_work *work, uint64_t at, uint64_t data_ready)
 {
-    const stage_work *work = &job->work[stage];
     const uint64_t cost = work->cost, second_cost = work->second_cost;
     const uint64_t looked_up = work->touch_count ? at + 1 : at, free = u->operation_free;
     uint64_t begin = later(looked_up * CYCLE_PARTS, free);
@@ -174,17 +164,17 @@ static inline void operate(clock_state *c, partition *p, unit *u, int stage, job
     if (work->lanes)
         note_flight(c, u, job->tile, work->lanes, ready);
     use_lines(p, job, work, ended);
-    finish(c, u, stage, job, at, begin, ready);
+    finish(c, u, job, at, begin, ready);
 }
 
 // A stamp that leaves the unit nothing to do neither waits nor keeps others waiting, so flights are done in order.
-static inline void pass_on(clock_state *c, unit *u, int stage, job *job, uint64_t at, uint64_t data_ready)
+static inline void pass_on(clock_state *c, unit *u, job *job, uint64_t at, uint64_t data_ready)
 {
     const uint64_t begin = later(later(at, data_ready) * CYCLE_PARTS, u->operation_free);
     if (data_ready * CYCLE_PARTS > later(at * CYCLE_PARTS, u->operation_free))
         c->statistics->unit_wait_data += data_ready - later(at, u->operation_free / CYCLE_PARTS);
     u->operation_free = begin;
-    finish(c, u, stage, job, at, begin, cycles_up(begin));
+    finish(c, u, job, at, begin, cycles_up(begin));
 }
 
 // ---- Steps ---------------------------------------------------------------------------------------------
@@ -193,7 +183,6 @@ static inline void pass_on(clock_state *c, unit *u, int stage, job *job, uint64_
 static inline void begin_stamp(clock_state *c, partition *p, unit *u, const job *job)
 {
     const uint64_t now = u->when;
-    c->statistics->unit_wait_queue += now - u->could;
     if (c->timeline)
         spans_note(c, u, true, "next queue full", u->could, now);
     if (u->kind == UNIT_SHADER_STAGE) {
@@ -201,10 +190,7 @@ static inline void begin_stamp(clock_state *c, partition *p, unit *u, const job 
         p->shader_room.held += job->quads;
     }
     u->begun[u->started++ & u->begun_mask] = now;
-    u->open = true;
-    u->touch = 0;
-    u->data_ready = 0;
-    u->step = u->lists && (job->stream_written || job->stream_read) ? STEP_STREAM : STEP_PENDING;
+    u->last_step = now;
 }
 
 // A lookup that moves no bytes asks nothing of what others use, so it need not wait for its turn among their steps. It is made
@@ -222,97 +208,150 @@ static uint64_t miss_alone(clock_state *c, partition *p, unit *u, const job *job
     return at;
 }
 
-// All lookups that can be made now: the cycle of the last one, and when all lines are there. NEVER: the next one has a step of its
-// own, at unit.when. `turn`: what moves bytes at unit.when is done.
-static inline uint64_t look_up(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work, bool turn, uint64_t *data_ready)
+// The stamp stays at hand.
+static bool stay_at(unit *u, uint32_t touch, uint64_t when, uint64_t data_ready, uint8_t step)
 {
-    const queued_touch *first = job->touches + work->first_touch, *touch = first + u->touch, *end = first + work->touch_count;
-    const uint64_t now = u->when;
-    uint64_t at = now, ready = u->data_ready;
-    for (; touch < end; at += ++touch < end) {
-        if (touch->how & TOUCH_MOVES) {
-            u->touch = (uint32_t)(touch - first);
-            u->data_ready = ready;
-            u->when = at;
-            if (!turn || at > now || !move_line(c, p, u, job, touch))
-                return NEVER;
-            ready = u->data_ready;
-            u->step = STEP_PENDING;
-            continue;
-        }
-        at = touch->how & TOUCH_MISS ? miss_alone(c, p, u, job, touch, at) : at;
-        ready = later(ready, p->lines[touch->line].ready);
-    }
-    *data_ready = ready;
-    return at;
+    u->open = true;
+    u->touch = touch;
+    u->when = when;
+    u->data_ready = data_ready;
+    u->step = step;
+    return false;
 }
 
-// What can be done at unit.when of the stamp at hand, or of the next one. If the unit is then open it waits: for its turn, or for more.
-static inline void unit_step(clock_state *c, partition *p, unit *u, int stage, bool turn)
+// All lookups of a stamp at unit.when that can be made now, from touch number `i` on; false: the next one moves bytes and has a step
+// of its own. *at: the cycle of the last one.
+static inline bool look_up(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work, uint32_t i, uint64_t *at, uint64_t *data_ready)
 {
-    u->last_step = u->when;
-    if (!u->open)
-        begin_stamp(c, p, u, job_at(p, u->started));
+    const queued_touch *touches = job->touches + work->first_touch;
+    const uint32_t from = i, count = work->touch_count;
+    uint64_t now = u->when, ready = *data_ready;
+    for (; i < count; i++, now++) {
+        const queued_touch *touch = &touches[i];
+        if (touch->how & TOUCH_MOVES)
+            return stay_at(u, i, now, ready, STEP_PENDING);
+        now = touch->how & TOUCH_MISS ? miss_alone(c, p, u, job, touch, now) : now;
+        ready = later(ready, p->lines[touch->line].ready);
+    }
+    *at = i > from ? now - 1 : now;
+    *data_ready = ready;
+    return true;
+}
+
+// The lookups from number `i` on, the first of which is due at unit.when, and the operation, as far as no bytes move.
+static inline void go_on(clock_state *c, partition *p, unit *u, int stage, job *job, uint32_t i, uint64_t data_ready)
+{
+    const stage_work *work = &job->work[stage];
+    uint64_t at;
+    if (!(work->cost | work->second_cost | work->touch_count))
+        pass_on(c, u, job, u->when, data_ready);
+    else if (look_up(c, p, u, job, work, i, &at, &data_ready))
+        operate(c, p, u, job, work, at, data_ready);
+}
+
+// Begins the next stamp at unit.when, and does all that can be done at once.
+static inline void begin_next(clock_state *c, partition *p, unit *u, int stage, job *job)
+{
+    begin_stamp(c, p, u, job);
+    if (u->lists && (job->stream_written || job->stream_read))
+        stay_at(u, 0, u->when, 0, STEP_STREAM);
+    else
+        go_on(c, p, u, stage, job, 0, 0);
+}
+
+// What moves bytes of the stamp at hand, at unit.when, and what follows without.
+static void move(clock_state *c, partition *p, unit *u, int stage)
+{
     job *job = job_at(p, u->started - 1);
     const stage_work *work = &job->work[stage];
-    if (u->step == STEP_STREAM && (!turn || !move_stream(c, p, u, job)))
+    const queued_touch *touch = &job->touches[work->first_touch + u->touch];
+    p->now = u->last_step = u->when;
+    if (u->step == STEP_STREAM && !move_stream(c, p, u, job))
         return;
-    if (!(work->cost | work->second_cost | work->touch_count)) {
-        pass_on(c, u, stage, job, u->when, u->data_ready);
-        return;
+    if (u->touch < work->touch_count && touch->how & TOUCH_MOVES) {
+        if (!move_line(c, p, u, job, touch))
+            return;
+        u->when += ++u->touch < work->touch_count;
     }
-    uint64_t data_ready;
-    const uint64_t at = look_up(c, p, u, job, work, turn, &data_ready);
-    if (at != NEVER)
-        operate(c, p, u, stage, job, at, data_ready);
+    u->open = false;
+    go_on(c, p, u, stage, job, u->touch, u->data_ready);
+}
+
+// Sets unit.when.
+static void unit_look(partition *p, int stage)
+{
+    unit *u = &p->units[stage];
+    if (u->open)
+        return;
+    u->when = NEVER;
+    u->full = false;
+    if (u->started < arrived(p, stage))
+        unit_next(p, u, job_at(p, u->started));
 }
 
 // All steps up to cycle `until` that move no bytes; whether there was one. Sets unit.when.
 static bool unit_run(clock_state *c, partition *p, int stage, uint64_t until)
 {
     unit *u = &p->units[stage];
-    const uint64_t started = u->started;
+    const uint64_t started = u->started, end = arrived(p, stage);
+    uint64_t waited = 0;
     while (!u->open) {
-        unit_next(c, p, u, stage);
+        if (u->started == end) {
+            u->when = NEVER;
+            u->full = false;
+            break;
+        }
+        job *job = job_at(p, u->started);
+        unit_next(p, u, job);
         if (u->when > until)
             break;
-        unit_step(c, p, u, stage, false);
+        waited += u->when - u->could;
+        begin_next(c, p, u, stage, job);
     }
+    c->statistics->unit_wait_queue += waited;
     return u->started > started;
 }
 
-void partition_push(const clock_state *c, partition *p)
+// The same of all units. What one did may be what the one before it waits for.
+static void run_units(clock_state *c, partition *p, uint64_t until)
 {
-    unit *u = &p->units[0];
-    p->pushed++;
-    if (!u->open)
-        unit_next(c, p, u, 0);
-    if (u->when < p->when) {
-        p->when = u->when;
-        p->next_stage = 0;
+    for (bool ran = true, full = true; ran && full;) {
+        ran = full = false;
+        for (int s = 0; s < c->stage_count; s++) {
+            ran |= unit_run(c, p, s, until);
+            full |= p->units[s].full;
+        }
     }
 }
 
 void partition_step(clock_state *c, partition *p)
 {
-    p->now = p->when;
-    unit_step(c, p, &p->units[p->next_stage], p->next_stage, true);
+    const uint64_t due = p->when;
     for (int s = 0; s < c->stage_count; s++)
-        if (!p->units[s].open)
-            unit_next(c, p, &p->units[s], s);
+        unit_look(p, s);
+    choose_step(p);
+    if (p->when > due)
+        return;
+    const int stage = p->next_stage;
+    unit *u = &p->units[stage];
+    if (!u->open) {
+        c->statistics->unit_wait_queue += due - u->could;
+        begin_next(c, p, u, stage, job_at(p, u->started));
+    }
+    if (u->open && u->when == due)
+        move(c, p, u, stage);
+    for (int s = 0; s < c->stage_count; s++)
+        unit_look(p, s);
     choose_step(p);
 }
 
+// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some.
 void partition_advance(clock_state *c, partition *p, uint64_t until)
 {
     while (p->when <= until) {
-        if (p->units[p->next_stage].open)
-            partition_step(c, p);
-        for (bool ran = true; ran;) {
-            ran = false;
-            for (int s = 0; s < c->stage_count; s++)
-                ran |= unit_run(c, p, s, until);
-        }
+        run_units(c, p, until);
         choose_step(p);
+        if (p->when <= until)
+            move(c, p, &p->units[p->next_stage], p->next_stage);
     }
 }
