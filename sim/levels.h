@@ -273,9 +273,9 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
                     const report *report, clock_state **clock);
 void clock_destroy(clock_state *clock);  // NULL is fine
 status clock_begin_pass(clock_state *clock, const pass_info *pass, statistics *statistics);
-// What units waited is counted by draw if the frame has several draws; else some of it is only after clock_settle or
-// clock_end_stamps, in the statistics handed in then.
+// Units stay behind: some of what they waited is only in the statistics after clock_catch_up, clock_settle or clock_end_stamps.
 status clock_stamp(clock_state *clock, const stamp *stamp, const stamp_lines *lines, statistics *statistics);
+void clock_catch_up(clock_state *clock);  // with the rasterizer
 // All stamps were handed in: runs until every unit is idle.
 status clock_end_stamps(clock_state *clock, statistics *statistics);
 // Then each line of memory_flush, then clock_end_pass, which ends when everything is drained.

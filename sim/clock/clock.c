@@ -42,7 +42,6 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     c->partitions_by = divisor_of((uint64_t)c->partition_count);
     c->timeline = config ? config->timeline : NULL;
     c->in_order = config && (config->requests_path || config->timeline);
-    c->at_once = frame->draw_count > 1;
     status status = good ? STATUS_OK : refuse_memory(c);
     if (status == STATUS_OK && config && config->requests_path)
         status = request_log_open(config->requests_path, config->requests_format, (uint32_t)machine->memory_burst_bytes,
@@ -234,10 +233,12 @@ status clock_stamp(clock_state *c, const stamp *stamp, const stamp_lines *lines,
         return blocked(c);
     }
     front_step(c);
-    const status status = stamp->hierarchical ? STATUS_OK : push(c, p, stamp, lines);
-    if (c->at_once)
-        advance(c, c->front.now);
-    return status;
+    return stamp->hierarchical ? STATUS_OK : push(c, p, stamp, lines);
+}
+
+void clock_catch_up(clock_state *c)
+{
+    advance(c, c->front.now);
 }
 
 static status idle(clock_state *c, statistics *statistics)

@@ -190,7 +190,6 @@ struct clock_state {
     uint64_t pass_start, drained, last_fragment;
     uint64_t bounds[RESOURCE_COUNT];
     bool in_order;            // a file is written: steps of all partitions are done in order of time
-    bool at_once;             // after each stamp, as counts are read by draw
     request_log *log;
     timeline *timeline;       // NULL, or where what units do goes
     statistics *statistics;

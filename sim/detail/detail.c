@@ -48,6 +48,8 @@ static status take_stamp(void *user, const stamp *stamp)
 {
     detail *d = user;
     if (stamp->draw != d->draw) {
+        if (d->clock)
+            clock_catch_up(d->clock);
         end_draw(d);
         d->draw = stamp->draw;
     }
