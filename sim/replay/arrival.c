@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STAMPS_AHEAD = 16 };  // whose planes are asked for before they are needed
+enum { STAMPS_AHEAD = 32 };  // whose planes are asked for before they are needed
 
 // ---- Passes --------------------------------------------------------------------------------------------
 
