@@ -86,11 +86,13 @@ static void prefetch(const arrival *a, const step *step, const stamp_record *rec
 {
     const kernel_use *use = &a->uses[step->kernel];
     const uint32_t *lane = arrival_block(a, record->tile) + __builtin_ctzll(record->lanes);
+    const int last = 63 - __builtin_clzll(record->lanes) - __builtin_ctzll(record->lanes);
     for (int i = 0; i < use->plane_count; i++) {
         const uint32_t *plane = lane + a->plan.plane_offset[a->plane_at[use->planes[i].plane]];
-        __builtin_prefetch(plane);
-        for (int c = 1; use->planes[i].color && c < 4; c++)
-            __builtin_prefetch(plane + c * TILE_LANES);
+        for (int c = 0; c < (use->planes[i].color ? 4 : 1); c++, plane += TILE_LANES) {
+            __builtin_prefetch(plane);
+            __builtin_prefetch(plane + last);
+        }
     }
 }
 
@@ -141,7 +143,7 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
 
 static status draw_stamp(arrival *a, const step *step, const stamp_chunk *chunk, const stamp_record *record)
 {
-    stamp stamp = {.begins_primitive = record->begins_primitive};
+    stamp stamp;
     stamp_execute(a, step->kernel, chunk, record, &stamp);
     phases_fill(a, &stamp);
     return a->sink->stamp(a->sink->user, &stamp);

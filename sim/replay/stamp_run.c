@@ -107,6 +107,12 @@ static void start(arrival *a, const stamp_record *record, uint32_t tile, uint64_
     stamp->draw = record ? record->draw : UINT32_MAX;
     stamp->accesses = a->accesses;
     stamp->quads = record ? record->quads : quads_of(a, lanes);
+    // One by one: clearing it whole would cost more than the rest.
+    stamp->begins_primitive = record && record->begins_primitive;
+    stamp->hierarchical = false;
+    stamp->alive = stamp->passed = 0;
+    stamp->kernel_slots = stamp->quads_shaded = stamp->quads_passed = stamp->texture_reads = stamp->list_bytes = 0;
+    stamp->access_count = 0;
 }
 
 void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, stamp *stamp)
