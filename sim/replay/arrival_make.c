@@ -67,19 +67,17 @@ static status make_planes(arrival *a)
     for (uint32_t t = 0; t < tiles; t++)
         a->storage_of_tile[t] = a->stamps.touched[t] ? a->storage_count++ : UINT32_MAX;
     const size_t tile_bytes = (size_t)a->plan.tile_words * sizeof(uint32_t);
-    a->storage = aligned_alloc(64, a->storage_count ? a->storage_count * tile_bytes : 64);
-    a->empty_storage = aligned_alloc(64, tile_bytes ? tile_bytes : 64);
+    a->storage = storage_make((size_t)a->storage_count * a->plan.tile_words);
+    a->empty_storage = storage_make(a->plan.tile_words);
     a->empty_before = malloc(tile_bytes + 1);
     a->ranges = calloc(tiles, sizeof *a->ranges);
     a->counts = calloc((size_t)a->plan.count_total + 1, sizeof *a->counts);
     a->log = calloc(2 * WORD_MAX, sizeof *a->log);
-    a->pack.words = aligned_alloc(64, tile_bytes ? tile_bytes : 64);
+    a->pack.words = storage_make(a->plan.tile_words);
     for (int i = 0; i < a->program->plane_count; i++)
         a->pack.planes[i] = a->pack.words + a->plan.plane_offset[i];
     a->lanes_of_columns = aligned_alloc(64, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
     const bool good = a->storage && a->empty_storage && a->empty_before && a->ranges && a->counts && a->log && a->pack.words && a->lanes_of_columns;
-    if (good)
-        memset(a->pack.words, 0, tile_bytes);
     if (good)
         memset(a->lanes_of_columns, 0, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
     return good ? STATUS_OK : refuse_memory(a);

@@ -127,6 +127,9 @@ typedef struct plan {
     bool has_batches;
 } plan;
 
+// Zeros for planes, at least one line of them; NULL: out of memory. Free with free() (storage.c).
+uint32_t *storage_make(size_t words);
+
 // Whether the schedule ends after this step, `*passes` of which lay before it; counts it.
 bool plan_stops_after(const plan *plan, const step *step, uint64_t *passes);
 status plan_make(plan *plan, const program *program, const bound_program *bound, const report *report);

@@ -28,14 +28,6 @@ static void tile_init(const replay *r, tile *tile, uint32_t *storage, uint64_t l
         tile->plane_at[i] = (uint8_t)i;
 }
 
-static uint32_t *allocate_storage(size_t words)
-{
-    uint32_t *storage = aligned_alloc(64, words ? words * sizeof *storage : 64);
-    if (storage)
-        memset(storage, 0, words * sizeof *storage);
-    return storage;
-}
-
 // Storage for the tiles that have a fragment; the others share one sample.
 static status make_tiles(replay *r)
 {
@@ -53,8 +45,8 @@ static status make_tiles(replay *r)
         used += !r->tiles[t].done;
         empty_samples += r->tiles[t].done ? (uint64_t)__builtin_popcountll(lanes) : 0;
     }
-    r->storage = allocate_storage((size_t)used * r->plan.tile_words);
-    r->empty_storage = allocate_storage(r->plan.tile_words);
+    r->storage = storage_make((size_t)used * r->plan.tile_words);
+    r->empty_storage = storage_make(r->plan.tile_words);
     if (!r->storage || !r->empty_storage)
         return report_error(r->report, STATUS_IO, "out of memory: planes of %llu tiles", (unsigned long long)used);
     uint32_t *next = r->storage;
