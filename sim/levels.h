@@ -162,6 +162,7 @@ typedef struct stamp_sink {
     status (*begin_pass)(void *user, const pass_info *pass);
     status (*stamp)(void *user, const stamp *stamp);
     status (*end_pass)(void *user);
+    status (*warm)(void *user, const stamp *stamp);  // caches see this, several stamps of a block as one
     void (*skip)(void *user, uint32_t tile, uint32_t written);  // storage i of a block was written (bit i) and nobody looked
     status (*phase)(void *user, stamp_phase phase, uint64_t begun);  // from now on; a new window, too; primitives that began before
     void *user;

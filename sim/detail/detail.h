@@ -42,6 +42,7 @@ int detail_busiest(const uint64_t bounds[RESOURCE_COUNT], uint64_t cycles);
 // sampled.c: what a sink does, and the intervals at the end.
 status sampled_begin_pass(void *user, const pass_info *pass);
 status sampled_stamp(void *user, const stamp *stamp);
+status sampled_warm(void *user, const stamp *stamp);
 void sampled_skip(void *user, uint32_t tile, uint32_t written);
 status sampled_phase(void *user, stamp_phase phase, uint64_t begun);
 status sampled_end_pass(void *user);

@@ -89,12 +89,15 @@ status sampled_phase(void *user, stamp_phase phase, uint64_t begun)
 status sampled_stamp(void *user, const stamp *stamp)
 {
     detail *d = user;
-    if (d->sampler->phase == PHASE_WARM) {
-        memory_warm(d->memory, stamp);
-        return STATUS_OK;
-    }
     const stamp_lines *lines = memory_stamp(d->memory, stamp, &d->raw);
     return clock_stamp(d->clock, stamp, lines, &d->raw);
+}
+
+status sampled_warm(void *user, const stamp *stamp)
+{
+    detail *d = user;
+    memory_warm(d->memory, stamp);
+    return STATUS_OK;
 }
 
 void sampled_skip(void *user, uint32_t tile, uint32_t written)

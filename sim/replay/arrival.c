@@ -60,11 +60,15 @@ static status take_stamp(arrival *a, const step *step, const stamp_chunk *chunk,
 {
     const stamp_record *record = &chunk->records[number];
     stamp_phase phase;
-    const status status = phases_next(a, record->begins_primitive, &phase);
-    if (status != STATUS_OK || phase == PHASE_SKIP)
+    status status = phases_next(a, record->begins_primitive, &phase);
+    if (phase == PHASE_WARM && !a->warming) {
+        a->warming = true;
+        a->warm_first = number;
+    }
+    if (status != STATUS_OK || phase == PHASE_SKIP || phase == PHASE_WARM)
         return status;
-    skip_pass_by(a, record->tile, number);
-    return body(a, step, chunk, record);
+    status = skip_pass_by(a, record->tile, number);
+    return status == STATUS_OK ? body(a, step, chunk, record) : status;
 }
 
 static status each_by_region(arrival *a, const step *step, stamp_body *body)
@@ -136,7 +140,8 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
             if (draws_class(a, step, chunk->records[i].draw))
                 status = take_stamp(a, step, chunk, i, body);
         }
-        skip_end(a);  // the chunk may not stay
+        if (status == STATUS_OK)
+            status = skip_end(a);  // the chunk may not stay
     }
     return status;
 }
@@ -178,7 +183,7 @@ static status tell(arrival *a, const stamp *stamp)
         return status;
     phases_fill(a, stamp);
     if (phase != PHASE_SKIP)
-        return a->sink->stamp(a->sink->user, stamp);
+        return phase == PHASE_WARM ? a->sink->warm(a->sink->user, stamp) : a->sink->stamp(a->sink->user, stamp);
     uint32_t written = 0;
     for (int i = 0; i < stamp->access_count; i++)
         written |= stamp->accesses[i].written ? 1u << stamp->accesses[i].plane : 0;

@@ -124,6 +124,9 @@ struct arrival {
     const step *visit_step;
     uint64_t visit;
     uint32_t position;              // of the stamp at hand in that chunk
+    bool warming;                   // stamps from number warm_first on are to be shown to caches
+    uint32_t warm_first, *warm_blocks;
+    uint64_t warm_visit, *warm_seen;  // of each block, the visit it was seen in last
     plane_access accesses[PLANE_MAX * 2];
 
     // While it runs:
@@ -188,6 +191,8 @@ static inline uint64_t part_mask(const dispatch_part *part, uint64_t mask)
 
 // Runs the kernel on a stamp's fragments, maybe together with those that follow, and describes what it did (stamp_run.c).
 void stamp_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record, stamp *stamp);
+// Runs it on these lanes of a block and describes what it did; `record` NULL: they are of no stamp.
+void lanes_execute(arrival *arrival, int kernel, const stamp_record *record, uint32_t tile, const batch *batch, stamp *stamp);
 // The same on the lanes of a block alone; `record` NULL: a full-screen pass.
 void block_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile,
                    uint64_t lanes, stamp *stamp);
@@ -201,9 +206,9 @@ status begin_pass(arrival *arrival, pass_kind kind, const char *name, bool numbe
 void phases_begin(arrival *arrival, uint64_t stamps);
 void phases_fill(arrival *arrival, const stamp *stamp);  // it went through units
 status phases_next(arrival *arrival, bool begins_primitive, stamp_phase *phase);
-static inline bool phases_skip(const arrival *a)  // the stamp at hand is passed over
+static inline bool phases_skip(const arrival *a)  // the stamp at hand is not looked at
 {
-    return a->plan_of_phases.phase == PHASE_SKIP;
+    return a->plan_of_phases.phase == PHASE_SKIP || a->plan_of_phases.phase == PHASE_WARM;
 }
 bool draws_class(const arrival *arrival, const step *step, uint32_t draw);
 // Sampling (skip.c); without it, none of these does anything. A chunk comes; stamp `number`, of this block, is looked at; what of a block
@@ -211,9 +216,15 @@ bool draws_class(const arrival *arrival, const step *step, uint32_t draw);
 status skip_make(arrival *arrival);
 void skip_free(arrival *arrival);
 void skip_begin(arrival *arrival, const step *step, const stamp_chunk *chunk);
-void skip_pass_by(arrival *arrival, uint32_t tile, uint32_t number);
+status skip_pass_by(arrival *arrival, uint32_t tile, uint32_t number);
 void skip_catch_up(arrival *arrival, uint32_t tile);
-void skip_end(arrival *arrival);
+status skip_end(arrival *arrival);
+block_cursor *skip_cursor(arrival *arrival, uint32_t tile);
+void skip_columns(const arrival *arrival, const block_batch *stamps, batch *batch);  // points at those that the kernel reads
+// Sampling (warm.c): stamps from warm_first on, up to number `end`, are shown to caches.
+status warm_make(arrival *arrival);
+void warm_free(arrival *arrival);
+status warm_run(arrival *arrival, uint32_t end);
 // A `list` step: keeps, then sorts and blends (arrival_list.c).
 status arrival_list(arrival *arrival, const step *step);
 

@@ -130,6 +130,8 @@ status arrival_create(const program *program, const machine *machine, trace *tra
         status = make_planes(a);
     if (status == STATUS_OK && options->sampling)
         status = skip_make(a);
+    if (status == STATUS_OK && options->sampling)
+        status = warm_make(a);
     if (status == STATUS_OK && options->region_pixels)
         status = order_frame(a);
     if (status == STATUS_OK)
@@ -161,6 +163,7 @@ void arrival_destroy(arrival *a)
     free(a->entries);
     free(a->ranges);
     skip_free(a);
+    warm_free(a);
     free(a);
 }
 

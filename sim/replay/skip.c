@@ -28,10 +28,11 @@ void skip_begin(arrival *a, const step *step, const stamp_chunk *chunk)
     a->visited = runs ? chunk : NULL;
     a->visit_step = step;
     a->visit++;
-    a->position = 0;
+    a->position = a->warm_first = 0;
+    a->warming = a->visited && a->plan_of_phases.phase == PHASE_WARM;
 }
 
-static block_cursor *cursor_of(arrival *a, uint32_t tile)
+block_cursor *skip_cursor(arrival *a, uint32_t tile)
 {
     block_cursor *cursor = &a->cursors[tile];
     if (cursor->visit != a->visit)
@@ -103,10 +104,9 @@ static bool fails(arrival *a, const kernel_use *use, const clip_limits *limits, 
     return use->hierarchical && known_depths(a, use->depth_plane) && depth_range_fails(use->depth_function, depths, block_depths(a, use, tile));
 }
 
-static void run_batch(arrival *a, const tile_plane *planes, const block_batch *stamps, batch *batch)
+void skip_columns(const arrival *a, const block_batch *stamps, batch *batch)
 {
-    const int kernel = a->visit_step->kernel;
-    const kernel_use *use = &a->uses[kernel];
+    const kernel_use *use = &a->uses[a->visit_step->kernel];
     const block_order *blocks = &a->visited->blocks;
     const size_t first = (size_t)(stamps - blocks->batches) * TILE_LANES;
     for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1)
@@ -115,7 +115,6 @@ static void run_batch(arrival *a, const tile_plane *planes, const block_batch *s
         batch->rgba[c] = blocks->rgba[c] + first;
     if (use->primitive)
         batch->primitive = blocks->primitive + first;
-    a->execute(a->bound, kernel, planes, batch, a->skip_counts + a->plan.count_offset[kernel]);
 }
 
 // Lanes of a batch's stamps from *at on that came before the stamp at hand; *at becomes the first that did not.
@@ -137,9 +136,10 @@ void skip_catch_up(arrival *a, uint32_t tile)
     if (!a->visited)
         return;
     const block_order *blocks = &a->visited->blocks;
-    block_cursor *cursor = cursor_of(a, tile);
+    block_cursor *cursor = skip_cursor(a, tile);
     const uint32_t end = blocks->starts[tile + 1];
-    const kernel_use *use = &a->uses[a->visit_step->kernel];
+    const int kernel = a->visit_step->kernel;
+    const kernel_use *use = &a->uses[kernel];
     uint32_t at = cursor->next, written = 0;
     if (at == end || blocks->stamps[at].number >= a->position)
         return;
@@ -151,8 +151,9 @@ void skip_catch_up(arrival *a, uint32_t tile)
     for (const block_batch *batch = &blocks->batches[blocks->stamps[at].batch]; at < end; batch++) {
         lanes_run.lanes = lanes_before(a, batch, &at);
         if (lanes_run.lanes && draws_class(a, a->visit_step, batch->draw) && !fails(a, use, &limits, batch, tile)) {
-            run_batch(a, planes, batch, &lanes_run);
-            const uint32_t more = written_since(a, a->visit_step->kernel);
+            skip_columns(a, batch, &lanes_run);
+            a->execute(a->bound, kernel, planes, &lanes_run, a->skip_counts + a->plan.count_offset[kernel]);
+            const uint32_t more = written_since(a, kernel);
             if (more && use->depth_write)
                 a->ranges[tile].pass = 0;
             written |= more;
@@ -165,21 +166,25 @@ void skip_catch_up(arrival *a, uint32_t tile)
         a->sink->skip(a->sink->user, tile, written);
 }
 
-void skip_pass_by(arrival *a, uint32_t tile, uint32_t number)
+status skip_pass_by(arrival *a, uint32_t tile, uint32_t number)
 {
-    a->position = number;
     if (!a->visited)
-        return;
+        return STATUS_OK;
+    const status status = a->warming ? warm_run(a, number) : STATUS_OK;
+    a->position = number;
     skip_catch_up(a, tile);
-    cursor_of(a, tile)->next++;
+    skip_cursor(a, tile)->next++;
+    return status;
 }
 
-void skip_end(arrival *a)
+status skip_end(arrival *a)
 {
     if (!a->visited)
-        return;
+        return STATUS_OK;
+    const status status = a->warming ? warm_run(a, a->visited->count) : STATUS_OK;
     a->position = a->visited->count;
     for (uint32_t tile = 0; tile < a->tiling.tile_count; tile++)
         skip_catch_up(a, tile);
     a->visited = NULL;
+    return status;
 }

@@ -135,23 +135,27 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
     }
 }
 
-void block_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile, uint64_t lanes, stamp *stamp)
+void lanes_execute(arrival *a, int kernel, const stamp_record *record, uint32_t tile, const batch *batch, stamp *stamp)
 {
     const kernel_use *use = &a->uses[kernel];
-    const bool tests = record && use->depth_plane >= 0;
-    const dispatch_part part = {.lanes = lanes};
+    const uint32_t *codes = use->depth_plane >= 0 ? batch->depth[bound_plane_format(a->bound, use->depth_plane)] : NULL;
+    const dispatch_part part = {.lanes = batch->lanes};
     tile_plane planes[PLANE_MAX];
-    batch batch = {.lanes = lanes, .log = a->log};
-    start(a, record, tile, lanes, stamp);
+    start(a, record, tile, batch->lanes, stamp);
     for (int i = 0; i < a->program->plane_count; i++)
         planes[i] = arrival_plane(a, a->plane_at[i], tile);
-    if (record)
-        spread(a, use, chunk, record, &batch);
-    if (tests && a->options.early && use->early && use->early_directly)
-        stamp->shaded = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
-                                         planes[use->depth_plane], lanes);
-    dispatch_run(a, kernel, planes, &batch);
+    if (codes && a->options.early && use->early && use->early_directly)
+        stamp->shaded = depth_test_lanes(use->depth_function, codes, planes[use->depth_plane], batch->lanes);
+    dispatch_run(a, kernel, planes, batch);
     describe(a, use, &part, stamp);
+}
+
+void block_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record, uint32_t tile, uint64_t lanes, stamp *stamp)
+{
+    batch batch = {.lanes = lanes, .log = a->log};
+    if (record)
+        spread(a, &a->uses[kernel], chunk, record, &batch);
+    lanes_execute(a, kernel, record, tile, &batch, stamp);
 }
 
 void stamp_cut(arrival *a, uint64_t lanes, stamp *stamp)

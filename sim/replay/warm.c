@@ -1,0 +1,73 @@
+// The stamps before a lead: caches see what they touched, and nobody counts it.
+//
+// They run block by block like those that are passed over (skip.c), several as one, in the order of each block's last stamp:
+// so caches end up with the lines that were used last, as they would.
+#include "arrival.h"
+
+#include <stdlib.h>
+
+status warm_make(arrival *a)
+{
+    a->warm_blocks = malloc(a->tiling.tile_count * sizeof *a->warm_blocks);
+    a->warm_seen = calloc(a->tiling.tile_count, sizeof *a->warm_seen);
+    return a->warm_blocks && a->warm_seen ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that warm caches");
+}
+
+void warm_free(arrival *a)
+{
+    free(a->warm_blocks);
+    free(a->warm_seen);
+}
+
+// Those stamps of a batch, from *at on, that came before number `end` and are not discarded by the block's range of depths.
+static uint64_t lanes_seen(arrival *a, const block_batch *batch, uint32_t *at, uint32_t end)
+{
+    const block_stamp *stamps = a->visited->blocks.stamps;
+    uint64_t lanes = 0;
+    for (; *at < batch->end && stamps[*at].number < end; ++*at)
+        if (!stamp_discarded(a, &a->uses[a->visit_step->kernel], a->visited, &a->visited->records[stamps[*at].number]))
+            lanes |= stamps[*at].lanes;
+    return lanes;
+}
+
+static status warm_block(arrival *a, uint32_t tile, uint32_t first, uint32_t end)
+{
+    const block_order *blocks = &a->visited->blocks;
+    const int kernel = a->visit_step->kernel;
+    status status = STATUS_OK;
+    a->position = first;
+    skip_catch_up(a, tile);
+    uint32_t at = skip_cursor(a, tile)->next;
+    while (status == STATUS_OK && at < blocks->starts[tile + 1] && blocks->stamps[at].number < end) {
+        const block_batch *batch = &blocks->batches[blocks->stamps[at].batch];
+        const uint64_t lanes = lanes_seen(a, batch, &at, end);
+        stamp stamp;
+        if (!lanes || !draws_class(a, a->visit_step, batch->draw))
+            continue;
+        struct batch columns = {.lanes = lanes, .log = a->log};
+        skip_columns(a, batch, &columns);
+        lanes_execute(a, kernel, NULL, tile, &columns, &stamp);
+        status = a->sink->warm(a->sink->user, &stamp);
+    }
+    skip_cursor(a, tile)->next = at;
+    return status;
+}
+
+status warm_run(arrival *a, uint32_t end)
+{
+    const uint32_t first = a->warm_first;
+    uint32_t count = 0;
+    status status = STATUS_OK;
+    a->warm_visit++;
+    a->warming = false;
+    for (uint32_t r = end; r-- > first;) {
+        const stamp_record *record = &a->visited->records[r];
+        if (a->warm_seen[record->tile] == a->warm_visit || !draws_class(a, a->visit_step, record->draw))
+            continue;
+        a->warm_seen[record->tile] = a->warm_visit;
+        a->warm_blocks[count++] = record->tile;
+    }
+    while (status == STATUS_OK && count)
+        status = warm_block(a, a->warm_blocks[--count], first, end);
+    return status;
+}
