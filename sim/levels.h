@@ -286,6 +286,7 @@ status clock_end_pass(clock_state *clock, statistics *statistics);
 // so does the time: as if the stamps to come had followed at once.
 void clock_resume(clock_state *clock, uint64_t begun);
 uint64_t clock_last_stamp(const clock_state *clock);  // after clock_end_stamps: cycle at which it was done
+uint64_t clock_waiting(clock_state *clock);  // stamps that have left the rasterizer by then, and that no last unit has begun
 uint64_t clock_front(const clock_state *clock);  // cycle at which the last stamp handed in has left the rasterizer
 void clock_settle(clock_state *clock, statistics *statistics);  // brings counts of units and channels up to date
 uint64_t clock_now(const clock_state *clock);            // cycle at which the last pass was drained

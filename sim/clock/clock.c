@@ -331,6 +331,15 @@ static void settle_channel(const clock_state *c, partition *p, statistics *s)
     p->settled = *now;
 }
 
+uint64_t clock_waiting(clock_state *c)
+{
+    uint64_t waiting = 0;
+    advance(c, c->front.now);
+    for (int i = 0; i < c->partition_count; i++)
+        waiting += c->partitions[i].pushed - c->partitions[i].units[c->stage_count - 1].started;
+    return waiting;
+}
+
 void clock_settle(clock_state *c, statistics *s)
 {
     c->statistics = s;

@@ -4,6 +4,11 @@
 
 #include "../levels.h"
 
+typedef struct sampled_window {
+    statistics statistics;
+    double waiting;              // by how many stamps the queues grew
+} sampled_window;
+
 // Of the level sampled: what was measured of the pass at hand.
 typedef struct sampler {
     stamp_phase phase;
@@ -11,9 +16,10 @@ typedef struct sampler {
     statistics at;               // when the phase began
     uint64_t front;              // and where the rasterizer was
     statistics exact, head;      // of the pass: what is not sampled; its first stamps
-    statistics *windows;         // a row each
+    uint64_t waiting;            // stamps that were in queues
+    sampled_window *windows;
     uint32_t window_count, window_capacity;
-    uint64_t head_stamps;
+    uint64_t head_stamps, head_waiting;  // of the head; those of them in queues at its end
     double variances[STATISTIC_COUNT + 1];  // of the sum over all passes so far; the last: of memory bytes read and written
     uint64_t freedom;            // degrees of
 } sampler;

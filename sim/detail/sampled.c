@@ -2,7 +2,9 @@
 //
 // estimate of a pass = what is known exactly (geometry) + head + mean of windows * stamps behind the head + end (units that run
 // empty, the flush and the drain). A window's cycles are those between its first and its last stamp leaving the rasterizer: summed over all
-// stamps that is the pass's time but for its end, since units go from window to window with what they hold. Windows lie at random
+// stamps that is the pass's time but for its end, since units go from window to window with what they hold. What units did meanwhile
+// was work on other stamps: those in queues before, not those in queues after. If queues grew, the window's own stamps will still
+// cost time, and the other way round: so what units count is a mean of the stamps that they began, and time goes with them. Windows lie at random
 // places, one a stratum, so the sum is unbiased but for what a lead does not make up for, and for the order in which
 // caches see stamps that were run together. Its variance comes from differences of
 // neighbouring windows (Cochran 1977, 8.8), which trends within a pass do not widen; it adds up over passes.
@@ -26,24 +28,24 @@ status sampled_begin_pass(void *user, const pass_info *pass)
     d->record = (pass_record){.info = *pass};
     s->any = false;
     s->window_count = 0;
-    s->head_stamps = 0;
+    s->head_stamps = s->head_waiting = 0;
     s->head = s->exact = (statistics){0};
     s->at = d->raw;
     memory_begin_pass(d->memory, &d->record.info, &d->raw);
     return clock_begin_pass(d->clock, &d->record.info, &d->raw);
 }
 
-static bool add_window(sampler *s, const statistics *window)
+static bool add_window(sampler *s, const statistics *window, double waiting)
 {
     if (s->window_count == s->window_capacity) {
         const uint32_t capacity = s->window_capacity ? 2 * s->window_capacity : 16;
-        statistics *grown = realloc(s->windows, capacity * sizeof *grown);
+        sampled_window *grown = realloc(s->windows, capacity * sizeof *grown);
         if (!grown)
             return false;
         s->windows = grown;
         s->window_capacity = capacity;
     }
-    s->windows[s->window_count++] = *window;
+    s->windows[s->window_count++] = (sampled_window){*window, waiting};
     return true;
 }
 
@@ -56,12 +58,14 @@ static status end_phase(detail *d)
     clock_settle(d->clock, &d->raw);
     statistics since = statistics_since(&d->raw, &s->at);
     since.cycles = since.fragment_cycles = clock_front(d->clock) - s->front;
+    const uint64_t waiting = clock_waiting(d->clock);
     if (s->phase == PHASE_HEAD) {
         s->head = since;
         s->head_stamps = since.stamps;
+        s->head_waiting = waiting;
         return STATUS_OK;
     }
-    return add_window(s, &since) ? STATUS_OK : report_error(d->report, STATUS_IO, "out of memory: windows");
+    return add_window(s, &since, (double)waiting - (double)s->waiting) ? STATUS_OK : report_error(d->report, STATUS_IO, "out of memory: windows");
 }
 
 static bool timed(stamp_phase phase)
@@ -80,6 +84,7 @@ status sampled_phase(void *user, stamp_phase phase, uint64_t begun)
     if (!s->any)
         s->exact = statistics_since(&d->raw, &s->at);  // what came before the first stamp
     s->at = d->raw;
+    s->waiting = s->any ? clock_waiting(d->clock) : 0;
     s->front = s->any ? clock_front(d->clock) : clock_now(d->clock);
     s->phase = phase;
     s->any = true;
@@ -114,31 +119,72 @@ static double value_of(const statistics *s, int i)
     return i < STATISTIC_COUNT ? (double)statistic_value(s, i) : (double)(s->memory_bytes_read + s->memory_bytes_written);
 }
 
-// Adds the sum over all stamps behind the head, and its variance.
-static void estimate(detail *d, uint64_t stamps)
+// Whether a statistic is counted when units work on a stamp, not when it arrives.
+static bool by_units(int i)
+{
+    return i < STATISTIC_COUNT && statistic_rows[i].level == DETAIL_CYCLE && i != STAT_INDEX_raster_busy && i != STAT_INDEX_geometry_busy &&
+           i != STAT_INDEX_raster_wait_geometry;
+}
+
+// Stamps behind the head that arrive; that units begin, until they have only those left that wait at the end; measured, both.
+typedef struct stamp_sums { double arrive, begin, arrived, begun; } stamp_sums;
+
+// By how many stamps, of all that arrive, queues grew, as far as that is felt. Those that the rasterizer discarded wait in no queue; and where
+// it never waits for queues, time does not depend on them. Where most are discarded, work comes in bursts: the mean stamp then
+// tells nothing of those that wait.
+static double growth(const sampler *s, double waiting)
+{
+    double arrived = 0, queued = 0, cycles = 0, blocked = 0;
+    for (uint32_t w = 0; w < s->window_count; w++) {
+        const statistics *window = &s->windows[w].statistics;
+        arrived += (double)window->stamps;
+        queued += (double)(window->stamps - window->stamps_hierarchical);
+        cycles += (double)window->cycles;
+        blocked += (double)window->raster_wait_queue;
+    }
+    return 2 * queued > arrived && cycles > 0 ? waiting * (arrived / queued) * (blocked / cycles) : 0;
+}
+
+static stamp_sums sum_stamps(const detail *d, uint64_t stamps, uint64_t waiting)
+{
+    const sampler *s = d->sampler;
+    stamp_sums sums = {.arrive = (double)stamps, .begin = (double)stamps + growth(s, (double)s->head_waiting - (double)waiting)};
+    for (uint32_t w = 0; w < s->window_count; w++) {
+        sums.arrived += (double)s->windows[w].statistics.stamps;
+        sums.begun += (double)s->windows[w].statistics.stamps - growth(s, s->windows[w].waiting);
+    }
+    if (sums.begin < 0 || 2 * sums.begun < sums.arrived) {  // too few windows to tell
+        sums.begin = sums.arrive;
+        sums.begun = 0;
+    }
+    return sums;
+}
+
+// Adds the sum over all stamps behind the head, `waiting` of which wait at the end, and its variance.
+static void estimate(detail *d, uint64_t stamps, uint64_t waiting)
 {
     sampler *s = d->sampler;
-    uint64_t measured = 0;
-    for (uint32_t w = 0; w < s->window_count; w++)
-        measured += s->windows[w].stamps;
+    const stamp_sums sums = sum_stamps(d, stamps, waiting);
     d->result->stamps += stamps + s->head_stamps;
-    d->result->stamps_measured += measured + s->head_stamps;
+    d->result->stamps_measured += (uint64_t)sums.arrived + s->head_stamps;
     d->result->windows += s->window_count;
-    if (!measured)
+    if (!s->window_count)
         return;
-    const double scale = (double)stamps / (double)measured, m = s->window_count;
+    const double m = s->window_count;
     for (int i = 0; i <= STATISTIC_COUNT; i++) {
-        double sum = 0, squares = 0;
+        const bool begun = by_units(i) && sums.begun > 0;
+        double sum = 0, squares = 0, last = 0;
+        for (uint32_t w = 0; w < s->window_count; w++)
+            sum += value_of(&s->windows[w].statistics, i);
+        const double each = sum / (begun ? sums.begun : sums.arrived);  // a stamp
         for (uint32_t w = 0; w < s->window_count; w++) {
-            const double value = value_of(&s->windows[w], i);
-            sum += value;
-            if (w) {
-                const double step = value - value_of(&s->windows[w - 1], i);
-                squares += step * step;
-            }
+            const double value = value_of(&s->windows[w].statistics, i) + (begun ? each * growth(s, s->windows[w].waiting) : 0);
+            squares += w ? (value - last) * (value - last) : 0;
+            last = value;
         }
+        const double scale = sums.arrive / sums.arrived;
         if (i < STATISTIC_COUNT)
-            values(&d->record.statistics)[i] += (uint64_t)llround(scale * sum);
+            values(&d->record.statistics)[i] += (uint64_t)llround(each * (begun ? sums.begin : sums.arrive));
         if (s->window_count > 1)
             s->variances[i] += scale * scale * m * squares / (2 * (m - 1)) * (1 - 1 / scale);
     }
@@ -169,7 +215,7 @@ static status finish_pass(detail *d, bool last)
     sampler *s = d->sampler;
     status status = end_phase(d);
     const bool whole = !s->window_count;
-    const uint64_t front = clock_front(d->clock);
+    const uint64_t front = clock_front(d->clock), waiting = clock_waiting(d->clock);
     clock_settle(d->clock, &d->raw);
     if (s->any)
         s->at = d->raw;
@@ -187,7 +233,7 @@ static status finish_pass(detail *d, bool last)
     end.cycles = end.fragment_cycles = 0;
     statistics_add(&d->record.statistics, &s->head);
     statistics_add(&d->record.statistics, &end);
-    estimate(d, d->record.info.stamps > s->head_stamps ? d->record.info.stamps - s->head_stamps : 0);
+    estimate(d, d->record.info.stamps > s->head_stamps ? d->record.info.stamps - s->head_stamps : 0, waiting);
     statistics *r = &d->record.statistics;
     if (whole) {
         r->cycles = pass_cycles;
