@@ -176,6 +176,7 @@ typedef struct arrival_options {
     uint32_t region_pixels;       // tile-based: side of a region; 0: order of arrival
     const uint8_t *tiles;         // NULL, or one a block: only those that are not 0 are replayed
     bool hierarchical, early;     // the machine's
+    bool apart;                   // each stamp is dispatched for itself: the same comes out, later
     const sampling *sampling;     // NULL: every stamp is told
 } arrival_options;
 

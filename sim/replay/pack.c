@@ -74,7 +74,7 @@ bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_re
     stamp_pack *p = &a->pack;
     const uint32_t first = (uint32_t)(record - chunk->records), end = pack_end(chunk, first);
     p->end = 0;
-    if (end - first < 2 || a->options.region_pixels)  // by region, others come in between
+    if (end - first < 2 || a->options.apart || a->options.region_pixels)  // by region, others come in between
         return false;
     const uint32_t count = find_samples(a, chunk, first, end);
     for (int i = 0; i < use->plane_count; i++)
