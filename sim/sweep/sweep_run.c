@@ -31,7 +31,7 @@ typedef struct sweep_work {
 static double expect_work(const sweep_combination *run)
 {
     static const double factors[DETAIL_COUNT] = {
-        [DETAIL_FUNCTION] = 1, [DETAIL_TRAFFIC] = 25, [DETAIL_CYCLE] = 50, [DETAIL_SAMPLED] = 15};
+        [DETAIL_FUNCTION] = 1, [DETAIL_TRAFFIC] = 5, [DETAIL_CYCLE] = 9, [DETAIL_SAMPLED] = 5};
     return factors[run->detail] * run->trace->work;
 }
 
