@@ -93,10 +93,10 @@ static void prefetch(const arrival *a, const step *step, const stamp_record *rec
     const int last = 63 - __builtin_clzll(record->lanes) - __builtin_ctzll(record->lanes);
     for (int i = 0; i < use->plane_count; i++) {
         const uint32_t *plane = lane + a->plan.plane_offset[a->plane_at[use->planes[i].plane]];
-        for (int c = 0; c < (use->planes[i].color ? 4 : 1); c++, plane += TILE_LANES) {
-            __builtin_prefetch(plane);
-            __builtin_prefetch(plane + last);
-        }
+        if (!use->planes[i].read || use->planes[i].color)  // of colours, few are read
+            continue;
+        __builtin_prefetch(plane);
+        __builtin_prefetch(plane + last);
     }
 }
 

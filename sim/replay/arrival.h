@@ -11,12 +11,12 @@
 typedef struct kernel_access {
     uint8_t plane;
     access_unit unit;
-    bool write;
+    bool write, color;
     uint16_t instruction;
     uint8_t group;                  // of all accesses to the plane by the unit
 } kernel_access;
 
-typedef struct kernel_plane { uint8_t plane; bool color; } kernel_plane;  // that a kernel reads or writes
+typedef struct kernel_plane { uint8_t plane; bool color, read; } kernel_plane;  // that a kernel reads or writes
 
 // What a kernel does, as far as a stamp's description needs it.
 typedef struct kernel_use {

@@ -73,12 +73,14 @@ static void find_verdicts(const bound_program *bound, int k, const instruction *
     }
 }
 
-static void note_plane(uint8_t plane, bool color, kernel_use *use)
+static void note_plane(uint8_t plane, bool color, bool read, kernel_use *use)
 {
-    for (int i = 0; i < use->plane_count; i++)
-        if (use->planes[i].plane == plane)
-            return;
-    use->planes[use->plane_count++] = (kernel_plane){plane, color};
+    int i = 0;
+    while (i < use->plane_count && use->planes[i].plane != plane)
+        i++;
+    if (i == use->plane_count)
+        use->planes[use->plane_count++] = (kernel_plane){plane, color, false};
+    use->planes[i].read |= read;
 }
 
 // That of an earlier access to the plane by the unit, or a new one.
@@ -99,8 +101,8 @@ static void find_accesses(const bound_program *bound, const instruction *code, i
         const uint8_t plane = op == OP_st ? code[i].d : code[i].a;
         const bool color = format_table[bound_plane_format(bound, plane)].class == FORMAT_CLASS_COLOR;
         const access_unit unit = op == OP_tex ? ACCESS_TEXTURE : color ? ACCESS_COLOR : ACCESS_DEPTH;
-        note_plane(plane, color, use);
-        const kernel_access access = {plane, unit, op == OP_st, (uint16_t)i, group_of(plane, unit, use)};
+        note_plane(plane, color, op != OP_st, use);
+        const kernel_access access = {plane, unit, op == OP_st, color, (uint16_t)i, group_of(plane, unit, use)};
         use->accesses[use->access_count++] = access;
         use->texture_planes += op == OP_tex;
     }
@@ -156,7 +158,7 @@ status kernel_use_find(const program *program, const bound_program *bound, const
         find_tests(kernel, use);
         if (use->depth_plane >= 0) {
             const uint8_t plane = (uint8_t)use->depth_plane;
-            use->accesses[use->access_count] = (kernel_access){plane, ACCESS_DEPTH, false, 0, group_of(plane, ACCESS_DEPTH, use)};
+            use->accesses[use->access_count] = (kernel_access){plane, ACCESS_DEPTH, false, false, 0, group_of(plane, ACCESS_DEPTH, use)};
         }
         find_sources(code, count, machine->depth_format, use);
         use->shader_operations = shader_operations(bound, k, code, count, kernel->is_pass, use, machine);

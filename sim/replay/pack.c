@@ -26,16 +26,55 @@ static uint32_t find_samples(arrival *a, const stamp_chunk *chunk, uint32_t firs
     return count;
 }
 
-static void gather(const arrival *a, const kernel_plane *plane, uint32_t count)
+// What the kernel reads, but for colours.
+static void gather(const arrival *a, const kernel_use *use, uint32_t count)
 {
     const stamp_pack *p = &a->pack;
-    const uint32_t from = a->plan.plane_offset[a->plane_at[plane->plane]];
-    uint32_t *to = p->planes[plane->plane];
-    for (uint32_t i = 0; i < count; i++)
-        to[i] = p->at[i][from];
-    for (uint32_t i = 0; plane->color && i < count; i++)
-        for (uint32_t c = 1; c < 4; c++)
-            to[c * TILE_LANES + i] = p->at[i][from + c * TILE_LANES];
+    for (const kernel_plane *plane = use->planes; plane < use->planes + use->plane_count; plane++) {
+        const uint32_t from = a->plan.plane_offset[a->plane_at[plane->plane]];
+        uint32_t *to = p->planes[plane->plane];
+        for (uint32_t i = 0; plane->read && !plane->color && i < count; i++)
+            to[i] = p->at[i][from];
+    }
+}
+
+// The lanes that read a colour in the dispatch before.
+static uint64_t color_readers(const arrival *a, const kernel_use *use)
+{
+    uint64_t lanes = 0;
+    for (int i = 0; i < use->access_count; i++)
+        if (use->accesses[i].color && !use->accesses[i].write)
+            lanes |= a->log[use->accesses[i].instruction].executed;
+    return lanes;
+}
+
+static void gather_colors(const arrival *a, const kernel_use *use, uint64_t lanes)
+{
+    const stamp_pack *p = &a->pack;
+    for (const kernel_plane *plane = use->planes; plane < use->planes + use->plane_count; plane++) {
+        const uint32_t from = a->plan.plane_offset[a->plane_at[plane->plane]];
+        uint32_t *to = p->planes[plane->plane];
+        for (uint64_t left = plane->read && plane->color ? lanes : 0; left; left &= left - 1) {
+            const uint32_t i = (uint32_t)__builtin_ctzll(left);
+            for (uint32_t c = 0; c < 4; c++)
+                to[c * TILE_LANES + i] = p->at[i][from + c * TILE_LANES];
+        }
+    }
+}
+
+// Few fragments get as far as a colour, which is four times as large as all else. So the kernel runs without colours first: a lane that
+// reads none does what it does anyway. If any lane reads one, all runs again, with the colours of those.
+static void run(arrival *a, int kernel, const batch *batch, uint32_t count)
+{
+    const kernel_use *use = &a->uses[kernel];
+    gather(a, use, count);
+    dispatch_run(a, kernel, a->pack.planes, batch);
+    const uint64_t readers = color_readers(a, use);
+    if (!readers)
+        return;
+    gather(a, use, count);
+    gather_colors(a, use, readers);
+    dispatch_run(a, kernel, a->pack.planes, batch);
 }
 
 // Writes the fragments of these lanes to where they belong.
@@ -77,8 +116,6 @@ bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_re
     if (end - first < 2 || a->options.apart || a->options.region_pixels)  // by region, others come in between
         return false;
     const uint32_t count = find_samples(a, chunk, first, end);
-    for (int i = 0; i < use->plane_count; i++)
-        gather(a, &use->planes[i], count);
     batch batch = {.lanes = UINT64_MAX >> (TILE_LANES - count), .log = a->log, .primitive = p->primitives};
     for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1)
         batch.depth[__builtin_ctz(formats)] = chunk->codes[__builtin_ctz(formats)] + record->offset;
@@ -86,11 +123,11 @@ bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_re
         batch.rgba[c] = chunk->rgba[c] + record->offset;
     if (use->primitive)
         fill_primitives(p, record, chunk->records + end);
+    run(a, kernel, &batch, count);
     p->tested = batch.lanes;
-    if (a->options.early && use->early && use->early_directly)
+    if (a->options.early && use->early && use->early_directly)  // then it writes no depth
         p->tested = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
                                      p->planes[use->depth_plane], batch.lanes);
-    dispatch_run(a, kernel, p->planes, &batch);
     p->chunk = chunk;
     p->next = first;
     p->end = end;
@@ -113,7 +150,7 @@ dispatch_part pack_take(arrival *a, const stamp_record *record)
     for (int i = 0; i < a->sum.access_count; i++) {
         const access_lanes *done = &a->sum.accesses[i];
         if (done->access->write && (done->lanes & own))
-            scatter(a, done->access->plane, done->access->unit == ACCESS_COLOR, done->lanes & own);
+            scatter(a, done->access->plane, done->access->color, done->lanes & own);
     }
     pack_pass_over(a, record);
     return part;
