@@ -162,6 +162,7 @@ typedef struct stamp_sink {
     status (*begin_pass)(void *user, const pass_info *pass);
     status (*stamp)(void *user, const stamp *stamp);
     status (*end_pass)(void *user);
+    void (*ahead)(void *user, uint32_t tile);  // NULL, or: a stamp of this block will come soon
     status (*warm)(void *user, const stamp *stamp);  // caches see this, several stamps of a block as one
     void (*skip)(void *user, uint32_t tile, uint32_t written);  // storage i of a block was written (bit i) and nobody looked
     status (*phase)(void *user, stamp_phase phase, uint64_t begun);  // from now on; a new window, too; primitives that began before
@@ -250,6 +251,8 @@ uint32_t memory_slots(const memory *memory, access_unit cache);
 void memory_begin_pass(memory *memory, const pass_info *pass, statistics *statistics);
 // Valid until the next call.
 const stamp_lines *memory_stamp(memory *memory, const stamp *stamp, statistics *statistics);
+// Nothing but a hint: a stamp of this block will come soon.
+void memory_ahead(const memory *memory, uint32_t tile);
 // Sampling. Caches take part, and nothing is counted; storage i of a block was written (bit i) and caches did not take part.
 void memory_warm(memory *memory, const stamp *stamp);
 void memory_pass_over(memory *memory, uint32_t tile, uint32_t written);

@@ -57,6 +57,11 @@ static status take_stamp(void *user, const stamp *stamp)
     return d->clock ? clock_stamp(d->clock, stamp, lines, &d->raw) : STATUS_OK;
 }
 
+static void ahead(void *user, uint32_t tile)
+{
+    memory_ahead(((const detail *)user)->memory, tile);
+}
+
 status detail_flush(detail *d, bool last)
 {
     uint32_t partition;
@@ -220,9 +225,9 @@ status detail_run(const program *program, const machine *machine, trace *trace, 
                 .report = report,
                 .draw = UINT32_MAX,
                 .timeline = options->clock ? options->clock->timeline : NULL};
-    const stamp_sink whole = {.begin_pass = begin_pass, .stamp = take_stamp, .end_pass = end_pass, .user = &d};
+    const stamp_sink whole = {.begin_pass = begin_pass, .stamp = take_stamp, .end_pass = end_pass, .ahead = ahead, .user = &d};
     const stamp_sink sampled = {.begin_pass = sampled_begin_pass, .stamp = sampled_stamp, .end_pass = sampled_end_pass,
-                                .warm = sampled_warm, .skip = sampled_skip, .phase = sampled_phase, .user = &d};
+                                .ahead = ahead, .warm = sampled_warm, .skip = sampled_skip, .phase = sampled_phase, .user = &d};
     sampler sampler = {0};
     const double start = seconds_of_process();
     *result = NULL;

@@ -215,6 +215,14 @@ const stamp_lines *memory_stamp(memory *m, const stamp *stamp, statistics *s)
     return &m->out;
 }
 
+void memory_ahead(const memory *m, uint32_t tile)
+{
+    const size_t line = (size_t)tile * m->block_lines;
+    __builtin_prefetch(&m->homes[tile]);
+    for (int u = 0; u < ACCESS_UNITS; u++)
+        __builtin_prefetch(&m->slots[u][line]);
+}
+
 void memory_warm(memory *m, const stamp *stamp)
 {
     touch_planes(m, stamp, &m->ignored);

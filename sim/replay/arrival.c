@@ -90,6 +90,8 @@ static void prefetch(const arrival *a, const step *step, const stamp_record *rec
 {
     const kernel_use *use = &a->uses[step->kernel];
     const uint32_t *lane = arrival_block(a, record->tile) + __builtin_ctzll(record->lanes);
+    if (a->sink->ahead)
+        a->sink->ahead(a->sink->user, record->tile);
     const int last = 63 - __builtin_clzll(record->lanes) - __builtin_ctzll(record->lanes);
     for (int i = 0; i < use->plane_count; i++) {
         const uint32_t *plane = lane + a->plan.plane_offset[a->plane_at[use->planes[i].plane]];
