@@ -219,6 +219,7 @@ struct blend_decl {
 };
 
 typedef enum bound_function { BOUND_less, BOUND_lequal, BOUND_equal, BOUND_gequal, BOUND_greater } bound_function;
+extern const compare_function bound_compare[];  // by bound_function
 
 typedef struct clip_decl { bound_function function; uint8_t plane[CLIP_MAX]; int plane_count; int line; } clip_decl;
 

@@ -63,9 +63,10 @@ static int lower_shader(lowering *l, const pass_decl *pass)
     return P_ALIVE;
 }
 
+const compare_function bound_compare[] = {COMPARE_less, COMPARE_lequal, COMPARE_equal, COMPARE_gequal, COMPARE_greater};
+
 static int lower_clips(lowering *l, const pass_decl *pass, int alive)
 {
-    static const compare_function functions[] = {COMPARE_less, COMPARE_lequal, COMPARE_equal, COMPARE_gequal, COMPARE_greater};
     for (int i = 0; i < pass->clip_count; i++) {
         const clip_decl *clip = &pass->clips[i];
         const format format = l->bound->plane_formats[clip->plane[0]];
@@ -81,7 +82,7 @@ static int lower_clips(lowering *l, const pass_decl *pass, int alive)
             emit(l, P_ALWAYS, OP_ztof, R_DEPTH_IN, SOURCE_DEPTH_FORMAT + FORMAT_z32f, FORMAT_z32f, 0);
             depth = R_DEPTH_IN;
         }
-        emit_compare(l, alive, P_ALIVE, functions[clip->function], depth, R_BOUND, interpolated);
+        emit_compare(l, alive, P_ALIVE, bound_compare[clip->function], depth, R_BOUND, interpolated);
         alive = P_ALIVE;
     }
     return alive;

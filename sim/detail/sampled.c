@@ -127,12 +127,12 @@ static bool by_units(int i)
 }
 
 // Stamps behind the head that arrive; that units begin, until they have only those left that wait at the end; measured, both.
-typedef struct stamp_sums { double arrive, begin, arrived, begun; } stamp_sums;
+// `felt`: by how many stamps of all that arrive time changes if queues grow by one.
+typedef struct stamp_sums { double arrive, begin, arrived, begun, felt; } stamp_sums;
 
-// By how many stamps, of all that arrive, queues grew, as far as that is felt. Those that the rasterizer discarded wait in no queue; and where
-// it never waits for queues, time does not depend on them. Where most are discarded, work comes in bursts: the mean stamp then
+// Stamps that the rasterizer discarded wait in no queue; and where it never waits for queues, time does not depend on them. Where most are discarded, work comes in bursts: the mean stamp then
 // tells nothing of those that wait.
-static double growth(const sampler *s, double waiting)
+static double felt_growth(const sampler *s)
 {
     double arrived = 0, queued = 0, cycles = 0, blocked = 0;
     for (uint32_t w = 0; w < s->window_count; w++) {
@@ -142,16 +142,17 @@ static double growth(const sampler *s, double waiting)
         cycles += (double)window->cycles;
         blocked += (double)window->raster_wait_queue;
     }
-    return 2 * queued > arrived && cycles > 0 ? waiting * (arrived / queued) * (blocked / cycles) : 0;
+    return 2 * queued > arrived && cycles > 0 ? (arrived / queued) * (blocked / cycles) : 0;
 }
 
 static stamp_sums sum_stamps(const detail *d, uint64_t stamps, uint64_t waiting)
 {
     const sampler *s = d->sampler;
-    stamp_sums sums = {.arrive = (double)stamps, .begin = (double)stamps + growth(s, (double)s->head_waiting - (double)waiting)};
+    stamp_sums sums = {.arrive = (double)stamps, .felt = felt_growth(s)};
+    sums.begin = sums.arrive + sums.felt * ((double)s->head_waiting - (double)waiting);
     for (uint32_t w = 0; w < s->window_count; w++) {
         sums.arrived += (double)s->windows[w].statistics.stamps;
-        sums.begun += (double)s->windows[w].statistics.stamps - growth(s, s->windows[w].waiting);
+        sums.begun += (double)s->windows[w].statistics.stamps - sums.felt * s->windows[w].waiting;
     }
     if (sums.begin < 0 || 2 * sums.begun < sums.arrived) {  // too few windows to tell
         sums.begin = sums.arrive;
@@ -178,7 +179,7 @@ static void estimate(detail *d, uint64_t stamps, uint64_t waiting)
             sum += value_of(&s->windows[w].statistics, i);
         const double each = sum / (begun ? sums.begun : sums.arrived);  // a stamp
         for (uint32_t w = 0; w < s->window_count; w++) {
-            const double value = value_of(&s->windows[w].statistics, i) + (begun ? each * growth(s, s->windows[w].waiting) : 0);
+            const double value = value_of(&s->windows[w].statistics, i) + (begun ? each * sums.felt * s->windows[w].waiting : 0);
             squares += w ? (value - last) * (value - last) : 0;
             last = value;
         }

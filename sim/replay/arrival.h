@@ -1,5 +1,6 @@
 // What the files of the replay in order of arrival share: arrival.c walks the schedule, stamp_run.c runs and describes one
-// stamp, stamp_masks.c knows quads and ranges of depth.
+// stamp, pack.c several small ones together, dispatch.c is what both run, stamp_masks.c knows quads and ranges of depth. Of sampling,
+// sampling.c says which stamps are looked at, skip.c runs the others, and warm.c shows them to caches.
 #ifndef ROPSIM_ARRIVAL_H
 #define ROPSIM_ARRIVAL_H
 
@@ -25,7 +26,7 @@ typedef struct kernel_use {
     kernel_plane planes[PLANE_MAX];
     int plane_count;
     int alive_at, passed_at;        // instruction whose outcome decides; -1: all
-    bool free_kernel, has_skip;
+    bool free_kernel;
     bool hierarchical, early, early_directly;  // directly: the depth test's outcome for discarded fragments is not in the log
     const char *hierarchical_forbidden, *early_forbidden;  // why not; NULL: it may
     int depth_plane;                // of the test
@@ -65,7 +66,6 @@ typedef struct stamp_pack {
     uint64_t pass;
     int kernel;
     uint32_t lane;                  // of the first fragment of `next`
-    uint64_t tested;                // lanes that passed an early test
     uint32_t *at[TILE_LANES];       // each fragment's sample in its block's storage
     uint32_t primitives[TILE_LANES];
     tile_plane planes[PLANE_MAX];
@@ -77,6 +77,7 @@ typedef struct stamp_pack {
 typedef struct access_lanes { const kernel_access *access; uint64_t lanes; } access_lanes;
 typedef struct slot_lanes { uint64_t lanes; int32_t slots; } slot_lanes;
 typedef struct dispatch_sum {
+    uint64_t tested;                // lanes that passed an early test, if the machine makes one; else all
     int access_count, slot_count;   // slots: of free kernels alone
     access_lanes accesses[WORD_MAX];
     slot_lanes slots[2 * WORD_MAX];
@@ -166,6 +167,17 @@ static inline uint32_t *arrival_plane(const arrival *a, int storage, uint32_t ti
 depth_range block_depths(arrival *arrival, const kernel_use *use, uint32_t tile);
 // Whether hierarchical depth discards a stamp: then its kernel would change nothing (stamp_run.c).
 bool stamp_discarded(arrival *arrival, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record);
+// Whether an early test is made that the log does not tell of.
+static inline bool tests_directly(const arrival *a, const kernel_use *use)
+{
+    return a->options.early && use->early && use->early_directly;
+}
+// What each plane of the program holds of a block.
+static inline void arrival_planes(const arrival *a, uint32_t tile, tile_plane planes[PLANE_MAX])
+{
+    for (int i = 0; i < a->program->plane_count; i++)
+        planes[i] = arrival_plane(a, a->plane_at[i], tile);
+}
 // Runs the kernel and sums up its log (dispatch.c).
 void dispatch_run(arrival *arrival, int kernel, const tile_plane *planes, const batch *batch);
 // A pack (pack.c): begins one with this record, unless that would be one stamp alone (false); takes out the stamp that comes next: writes

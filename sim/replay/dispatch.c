@@ -43,10 +43,20 @@ static void sum_slots(const arrival *a, int kernel, dispatch_sum *sum)
     }
 }
 
+// Lanes that an early test lets through: one whose outcome the log has not for what the shader discards. The pass writes no depth then, so
+// planes still hold what was tested.
+static uint64_t test_early(const arrival *a, const kernel_use *use, const tile_plane *planes, const batch *batch)
+{
+    if (!tests_directly(a, use))
+        return batch->lanes;
+    return depth_test_lanes(use->depth_function, batch->depth[bound_plane_format(a->bound, use->depth_plane)], planes[use->depth_plane], batch->lanes);
+}
+
 void dispatch_run(arrival *a, int kernel, const tile_plane *planes, const batch *batch)
 {
     const kernel_use *use = &a->uses[kernel];
     a->execute(a->bound, kernel, planes, batch, a->counts + a->plan.count_offset[kernel]);
+    a->sum.tested = test_early(a, use, planes, batch);
     sum_accesses(a, use, &a->sum);
     if (use->free_kernel)
         sum_slots(a, kernel, &a->sum);

@@ -150,8 +150,6 @@ status kernel_use_find(const program *program, const bound_program *bound, const
         use->accesses = malloc(((size_t)count + 1) * sizeof *use->accesses);
         if (!use->accesses)
             return report_error(report, STATUS_IO, "out of memory: kernels");
-        for (int i = 0; i < count; i++)
-            use->has_skip |= code[i].op == OP_skip;
         find_accesses(bound, code, count, use);
         if (kernel->is_pass)
             find_verdicts(bound, k, code, count, use);

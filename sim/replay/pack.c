@@ -124,10 +124,6 @@ bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_re
     if (use->primitive)
         fill_primitives(p, record, chunk->records + end);
     run(a, kernel, &batch, count);
-    p->tested = batch.lanes;
-    if (a->options.early && use->early && use->early_directly)  // then it writes no depth
-        p->tested = depth_test_lanes(use->depth_function, batch.depth[bound_plane_format(a->bound, use->depth_plane)],
-                                     p->planes[use->depth_plane], batch.lanes);
     p->chunk = chunk;
     p->next = first;
     p->end = end;

@@ -24,8 +24,7 @@ void skip_free(arrival *a)
 
 void skip_begin(arrival *a, const step *step, const stamp_chunk *chunk)
 {
-    const bool runs = a->options.sampling && step->kind == STEP_DRAW && !a->options.region_pixels;
-    a->visited = runs ? chunk : NULL;
+    a->visited = a->options.sampling && step->kind == STEP_DRAW ? chunk : NULL;
     a->visit_step = step;
     a->visit++;
     a->position = a->warm_first = 0;
@@ -71,7 +70,6 @@ static bool known_depths(const arrival *a, int plane)
 // Those of the clips that compare codes as stored with planes that the pass does not write.
 static clip_limits find_limits(const arrival *a, const tile_plane *planes)
 {
-    static const compare_function functions[] = {COMPARE_less, COMPARE_lequal, COMPARE_equal, COMPARE_gequal, COMPARE_greater};
     const kernel_decl *kernel = &a->program->kernels[a->visit_step->kernel];
     clip_limits limits = {.count = 0};
     if (!kernel->is_pass || kernel->pass.shader >= 0 || a->limits.clip_interpolated)
@@ -88,7 +86,7 @@ static clip_limits find_limits(const arrival *a, const tile_plane *planes)
         }
         if (!known)
             continue;
-        limits.functions[limits.count] = functions[clip->function];
+        limits.functions[limits.count] = bound_compare[clip->function];
         limits.ranges[limits.count++] = least;
     }
     return limits;
@@ -144,8 +142,7 @@ void skip_catch_up(arrival *a, uint32_t tile)
     if (at == end || blocks->stamps[at].number >= a->position)
         return;
     tile_plane planes[PLANE_MAX];
-    for (int i = 0; i < a->program->plane_count; i++)
-        planes[i] = arrival_plane(a, a->plane_at[i], tile);
+    arrival_planes(a, tile, planes);
     const clip_limits limits = find_limits(a, planes);
     batch lanes_run = {0};
     for (const block_batch *batch = &blocks->batches[blocks->stamps[at].batch]; at < end; batch++) {

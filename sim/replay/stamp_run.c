@@ -69,6 +69,7 @@ static uint32_t count_slots(const arrival *a, const dispatch_part *part, uint32_
 static void describe(arrival *a, const kernel_use *use, const dispatch_part *part, stamp *stamp)
 {
     const uint64_t lanes = stamp->lanes;
+    stamp->shaded = part_mask(part, a->sum.tested);
     stamp->alive = use->alive_at < 0 ? lanes : part_mask(part, a->log[use->alive_at].outcome);
     stamp->passed = use->passed_at < 0 ? stamp->alive : part_mask(part, a->log[use->passed_at].outcome);
     if (a->options.early && use->early && !use->early_directly)
@@ -78,7 +79,7 @@ static void describe(arrival *a, const kernel_use *use, const dispatch_part *par
     stamp->quads_passed = stamp->passed == stamp->shaded ? stamp->quads_shaded : quads_of(a, stamp->passed);
     stamp->texture_reads = stamp->quads_shaded * (uint32_t)use->texture_planes;
     stamp->kernel_slots = use->free_kernel ? count_slots(a, part, stamp->quads) : 0;
-    describe_accesses(a, use, part, a->options.early && use->early_directly && use->early, stamp);
+    describe_accesses(a, use, part, tests_directly(a, use), stamp);
 }
 
 depth_range block_depths(arrival *a, const kernel_use *use, uint32_t tile)
@@ -96,7 +97,7 @@ bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk
         return false;
     const depth_range known = {record->nearest, record->farthest};
     const depth_range range = format == a->machine->depth_format ? known
-                              : depth_range_of(chunk->codes[format] + record->offset, count_lanes(record->lanes));
+                              : depth_range_of(chunk->codes[format] + record->offset, record->fragments);
     return depth_range_fails(use->depth_function, range, block_depths(a, use, record->tile));
 }
 
@@ -128,7 +129,6 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
     } else if (packed || pack_begin(a, kernel, chunk, record)) {
         const dispatch_part part = pack_take(a, record);
         start(a, record, record->tile, record->lanes, stamp);
-        stamp->shaded = part_mask(&part, a->pack.tested);
         describe(a, use, &part, stamp);
     } else {
         block_execute(a, kernel, chunk, record, record->tile, record->lanes, stamp);
@@ -138,14 +138,10 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
 void lanes_execute(arrival *a, int kernel, const stamp_record *record, uint32_t tile, const batch *batch, stamp *stamp)
 {
     const kernel_use *use = &a->uses[kernel];
-    const uint32_t *codes = use->depth_plane >= 0 ? batch->depth[bound_plane_format(a->bound, use->depth_plane)] : NULL;
     const dispatch_part part = {.lanes = batch->lanes};
     tile_plane planes[PLANE_MAX];
     start(a, record, tile, batch->lanes, stamp);
-    for (int i = 0; i < a->program->plane_count; i++)
-        planes[i] = arrival_plane(a, a->plane_at[i], tile);
-    if (codes && a->options.early && use->early && use->early_directly)
-        stamp->shaded = depth_test_lanes(use->depth_function, codes, planes[use->depth_plane], batch->lanes);
+    arrival_planes(a, tile, planes);
     dispatch_run(a, kernel, planes, batch);
     describe(a, use, &part, stamp);
 }
