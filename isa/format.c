@@ -18,7 +18,7 @@ uint32_t format_far_code(format format)
 // decides. Otherwise its rounding cannot cross the tie.
 static uint32_t unorm_code(double depth, uint32_t far_code)
 {
-    const double scaled = depth * far_code, whole = floor(scaled), fraction = scaled - whole;
+    const double scaled = depth * far_code, whole = (double)(int64_t)scaled, fraction = scaled - whole;
     const bool up = fraction > 0.5 || (fraction == 0.5 && fma(depth, far_code, -scaled) >= 0.0);
     return (uint32_t)whole + up;
 }

@@ -156,6 +156,15 @@ enum {
     TARGET_MAX = 8,         // colour targets of a pass
 };
 
+// How many lanes a mask has. The builtin is a call on processors that need not have the instruction.
+static inline uint32_t count_lanes(uint64_t lanes)
+{
+    lanes -= lanes >> 1 & UINT64_C(0x5555555555555555);
+    lanes = (lanes & UINT64_C(0x3333333333333333)) + (lanes >> 2 & UINT64_C(0x3333333333333333));
+    lanes = (lanes + (lanes >> 4)) & UINT64_C(0x0f0f0f0f0f0f0f0f);
+    return (uint32_t)(lanes * UINT64_C(0x0101010101010101) >> 56);
+}
+
 // Source operand encoding, 6 bits.
 enum {
     SOURCE_REGISTER = 0,    // 0..15

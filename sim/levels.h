@@ -119,15 +119,6 @@ typedef struct frame {
     void *user;
 } frame;
 
-// How many lanes a mask has. The builtin is a call on processors that need not have the instruction.
-static inline uint32_t count_lanes(uint64_t lanes)
-{
-    lanes -= lanes >> 1 & UINT64_C(0x5555555555555555);
-    lanes = (lanes & UINT64_C(0x3333333333333333)) + (lanes >> 2 & UINT64_C(0x3333333333333333));
-    lanes = (lanes + (lanes >> 4)) & UINT64_C(0x0f0f0f0f0f0f0f0f);
-    return (uint32_t)(lanes * UINT64_C(0x0101010101010101) >> 56);
-}
-
 // The quads that lanes lie in, as a mask of each quad's first lane.
 static inline uint64_t quads_of_lanes(uint64_t lanes, uint32_t samples, uint32_t tile_width, uint64_t quad_corners)
 {

@@ -344,6 +344,7 @@ status arrival_run(arrival *a, const stamp_sink *sink)
     a->condition = a->pass_number = a->iteration = a->passes_begun = 0;
     a->pack.end = 0;
     memset(a->ranges, 0, a->tiling.tile_count * sizeof *a->ranges);
+    skip_forget(a);
     a->nest = 0;
     for (int i = 0; i < a->program->plane_count; i++)
         a->plane_at[i] = (uint8_t)i;

@@ -41,6 +41,14 @@ typedef struct kernel_use {
 typedef struct depth_range { uint32_t least, most; } depth_range;
 typedef struct block_range { uint64_t pass; depth_range range; } block_range;  // of a pass's depth plane, if it is this pass
 
+// What a pass's range clip holds a block's fragments against: whatever fails there changes nothing. A pass does not write it.
+typedef struct clip_limits {
+    uint64_t pass;                  // to which it belongs
+    int count;
+    compare_function functions[CLIP_MAX];
+    depth_range ranges[CLIP_MAX];   // of what it holds them against
+} clip_limits;
+
 // Which stamps of the pass at hand are looked at (sampling.c).
 typedef struct phase_plan {
     uint64_t stamps, at;            // of the pass; the next one's number
@@ -120,6 +128,7 @@ struct arrival {
     const stamp_sink *sink;
     phase_plan plan_of_phases;
     block_cursor *cursors;          // sampling: one a block
+    clip_limits *clip_limits;       // the same
     uint64_t *skip_counts, *skip_counts_seen;
     const stamp_chunk *visited;     // whose stamps may have been passed over; NULL: none
     const step *visit_step;
@@ -227,6 +236,7 @@ bool draws_class(const arrival *arrival, const step *step, uint32_t draw);
 // came before the stamp at hand has been run; all of the chunk has.
 status skip_make(arrival *arrival);
 void skip_free(arrival *arrival);
+void skip_forget(arrival *arrival);  // what is known of blocks: another run begins
 void skip_begin(arrival *arrival, const step *step, const stamp_chunk *chunk);
 status skip_pass_by(arrival *arrival, uint32_t tile, uint32_t number);
 void skip_catch_up(arrival *arrival, uint32_t tile);

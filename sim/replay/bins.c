@@ -116,7 +116,7 @@ static uint64_t lay_out(bin_batch *batches, uint32_t batch_count, const uint32_t
         for (int lane = 0; lane < TILE_LANES; lane++)
             mask |= (uint64_t)(lanes[lane] > r) << lane;
         batches[r] = (bin_batch){mask, 0, offset};
-        offset += (uint64_t)__builtin_popcountll(mask);
+        offset += count_lanes(mask);
     }
     return offset;
 }
@@ -195,7 +195,7 @@ static bool put(const filling *filling, const fragments *run, uint32_t i, draw_c
     bin_batch *const batch = &bins->batches[bin->first_batch + (opaque ? 0 : bin->opaque_count) + rank];
     if (class == CLASS_SORTED)
         batch->sorted |= bit;
-    const uint64_t before = batch->lanes == UINT64_MAX ? place % TILE_LANES : (uint64_t)__builtin_popcountll(batch->lanes & (bit - 1));
+    const uint64_t before = batch->lanes == UINT64_MAX ? place % TILE_LANES : count_lanes(batch->lanes & (bit - 1));
     const uint64_t at = batch->offset + before;
     for (uint32_t formats = filling->formats; formats; formats &= formats - 1) {
         const int f = __builtin_ctz(formats);

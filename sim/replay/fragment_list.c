@@ -22,7 +22,7 @@ static uint32_t keep(const step *step, const bins *bins, const bin *bin, const u
         const bool sorted = batch->sorted & bit;
         if (!(step->classes & (sorted ? DRAW_SORTED : DRAW_UNSORTED)))
             continue;
-        const uint64_t at = batch->offset + (uint64_t)__builtin_popcountll(batch->lanes & (bit - 1));
+        const uint64_t at = batch->offset + count_lanes(batch->lanes & (bit - 1));
         if (codes[at] == 0 || codes[at] >= before)  // on the near plane, or behind what is opaque
             continue;
         if (count < step->entries)

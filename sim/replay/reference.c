@@ -11,7 +11,7 @@ typedef struct layer { double depth; uint64_t at; } layer;
 // Where lane's fragment of a batch lies.
 static uint64_t place(const bin_batch *batch, int lane)
 {
-    return batch->offset + (uint64_t)__builtin_popcountll(batch->lanes & ((1ull << lane) - 1));
+    return batch->offset + count_lanes(batch->lanes & ((1ull << lane) - 1));
 }
 
 static double opaque_surface(const bins *bins, const bin *bin, int lane, const float background[4], double rgb[3])

@@ -43,7 +43,7 @@ static status make_tiles(replay *r)
         tile_init(r, &r->tiles[t], NULL, lanes, 1);
         r->tiles[t].done = tile_depth(r, t) == 0;
         used += !r->tiles[t].done;
-        empty_samples += r->tiles[t].done ? (uint64_t)__builtin_popcountll(lanes) : 0;
+        empty_samples += r->tiles[t].done ? count_lanes(lanes) : 0;
     }
     r->storage = storage_make((size_t)used * r->plan.tile_words);
     r->empty_storage = storage_make(r->plan.tile_words);

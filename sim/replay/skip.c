@@ -6,20 +6,31 @@
 #include "arrival.h"
 
 #include <stdlib.h>
+#include <string.h>
+
+enum { BLOCKS_AHEAD = 2 };  // whose planes are asked for before they are needed
 
 status skip_make(arrival *a)
 {
     a->cursors = calloc(a->tiling.tile_count, sizeof *a->cursors);
+    a->clip_limits = calloc(a->tiling.tile_count, sizeof *a->clip_limits);
     a->skip_counts = calloc((size_t)a->plan.count_total + 1, sizeof *a->skip_counts);
     a->skip_counts_seen = calloc((size_t)a->plan.count_total + 1, sizeof *a->skip_counts_seen);
-    return a->cursors && a->skip_counts && a->skip_counts_seen ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that are passed over");
+    return a->cursors && a->clip_limits && a->skip_counts && a->skip_counts_seen ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that are passed over");
 }
 
 void skip_free(arrival *a)
 {
     free(a->cursors);
+    free(a->clip_limits);
     free(a->skip_counts);
     free(a->skip_counts_seen);
+}
+
+void skip_forget(arrival *a)
+{
+    if (a->clip_limits)
+        memset(a->clip_limits, 0, a->tiling.tile_count * sizeof *a->clip_limits);
 }
 
 void skip_begin(arrival *a, const step *step, const stamp_chunk *chunk)
@@ -55,23 +66,16 @@ static uint32_t written_since(arrival *a, int kernel)
     return written;
 }
 
-// What a pass's range clip holds a block's fragments against: whatever fails there changes nothing.
-typedef struct clip_limits {
-    compare_function functions[CLIP_MAX];
-    depth_range ranges[CLIP_MAX];  // of what it holds them against
-    int count;
-} clip_limits;
-
 static bool known_depths(const arrival *a, int plane)
 {
     return bound_plane_format(a->bound, plane) == a->machine->depth_format;
 }
 
 // Those of the clips that compare codes as stored with planes that the pass does not write.
-static clip_limits find_limits(const arrival *a, const tile_plane *planes)
+static clip_limits find_limits(const arrival *a, uint32_t tile)
 {
     const kernel_decl *kernel = &a->program->kernels[a->visit_step->kernel];
-    clip_limits limits = {.count = 0};
+    clip_limits limits = {.pass = a->passes_begun};
     if (!kernel->is_pass || kernel->pass.shader >= 0 || a->limits.clip_interpolated)
         return limits;
     for (int i = 0; i < kernel->pass.clip_count; i++) {
@@ -79,7 +83,7 @@ static clip_limits find_limits(const arrival *a, const tile_plane *planes)
         depth_range least = {UINT32_MAX, UINT32_MAX};
         bool known = true;
         for (int p = 0; p < clip->plane_count; p++) {
-            const depth_range range = depth_range_of(planes[clip->plane[p]], TILE_LANES);
+            const depth_range range = depth_range_of(arrival_plane(a, a->plane_at[clip->plane[p]], tile), TILE_LANES);
             known = known && known_depths(a, clip->plane[p]) && clip->plane[p] != kernel->pass.depth_plane;
             least.least = range.least < least.least ? range.least : least.least;
             least.most = range.most < least.most ? range.most : least.most;
@@ -89,6 +93,14 @@ static clip_limits find_limits(const arrival *a, const tile_plane *planes)
         limits.functions[limits.count] = bound_compare[clip->function];
         limits.ranges[limits.count++] = least;
     }
+    return limits;
+}
+
+static const clip_limits *block_limits(arrival *a, uint32_t tile)
+{
+    clip_limits *limits = &a->clip_limits[tile];
+    if (limits->pass != a->passes_begun)
+        *limits = find_limits(a, tile);
     return limits;
 }
 
@@ -143,11 +155,11 @@ void skip_catch_up(arrival *a, uint32_t tile)
         return;
     tile_plane planes[PLANE_MAX];
     arrival_planes(a, tile, planes);
-    const clip_limits limits = find_limits(a, planes);
+    const clip_limits *limits = block_limits(a, tile);
     batch lanes_run = {0};
     for (const block_batch *batch = &blocks->batches[blocks->stamps[at].batch]; at < end; batch++) {
         lanes_run.lanes = lanes_before(a, batch, &at);
-        if (lanes_run.lanes && draws_class(a, a->visit_step, batch->draw) && !fails(a, use, &limits, batch, tile)) {
+        if (lanes_run.lanes && draws_class(a, a->visit_step, batch->draw) && !fails(a, use, limits, batch, tile)) {
             skip_columns(a, batch, &lanes_run);
             a->execute(a->bound, kernel, planes, &lanes_run, a->skip_counts + a->plan.count_offset[kernel]);
             const uint32_t more = written_since(a, kernel);
@@ -174,14 +186,33 @@ status skip_pass_by(arrival *a, uint32_t tile, uint32_t number)
     return status;
 }
 
+// Asks for what running a block's stamps will read first.
+static void prefetch(const arrival *a, uint32_t tile)
+{
+    const block_order *blocks = &a->visited->blocks;
+    const kernel_use *use = &a->uses[a->visit_step->kernel];
+    const uint32_t first = blocks->starts[tile];
+    if (first == blocks->starts[tile + 1])
+        return;
+    __builtin_prefetch(&blocks->stamps[first]);
+    for (int i = 0; i < use->plane_count; i++) {
+        const uint32_t *plane = arrival_plane(a, a->plane_at[use->planes[i].plane], tile);
+        for (int lane = 0; lane < TILE_LANES && use->planes[i].read && !use->planes[i].color; lane += 16)
+            __builtin_prefetch(plane + lane);
+    }
+}
+
 status skip_end(arrival *a)
 {
     if (!a->visited)
         return STATUS_OK;
     const status status = a->warming ? warm_run(a, a->visited->count) : STATUS_OK;
     a->position = a->visited->count;
-    for (uint32_t tile = 0; tile < a->tiling.tile_count; tile++)
+    for (uint32_t tile = 0; tile < a->tiling.tile_count; tile++) {
+        if (tile + BLOCKS_AHEAD < a->tiling.tile_count)
+            prefetch(a, tile + BLOCKS_AHEAD);
         skip_catch_up(a, tile);
+    }
     a->visited = NULL;
     return status;
 }

@@ -16,18 +16,22 @@ enum { CHUNK_FRAGMENTS = 1 << 20 };
 
 typedef struct packed_block { uint64_t pack, lanes; } packed_block;
 
+typedef struct pending_fragment {
+    double depth;
+    float rgba[4];
+    uint32_t stamp, lane;
+} pending_fragment;
+
 // The primitive being read.
 typedef struct stamp_pending {
     uint32_t *stamp_of_tile;  // its stamp in `tiles`, plus 1; 0: none
     uint32_t *tiles;
     uint64_t *lanes;
     uint32_t tile_count, tile_capacity;
-    uint32_t *stamp;          // of each fragment
-    uint8_t *lane;
-    double *depth;
-    float (*rgba)[4];
+    pending_fragment *fragments;
     uint32_t count, capacity;
     uint32_t draw, primitive;
+    uint32_t stamp;           // of the last fragment: the next one's block is the same most of the time
     uint64_t *offsets;        // of each stamp
     uint32_t *regions_seen;   // of each region: stamp of the primitive that was counted there last
     uint32_t primitive_number;
@@ -157,19 +161,20 @@ static void put_fragments(const stamps *s, const stamp_pending *p, stamp_chunk *
     stamp_record *records = chunk->records + chunk->count - p->tile_count;
     const bool reversed = trace_get_info(s->trace)->reversed_depth;
     for (uint32_t i = 0; i < p->count; i++) {
-        const uint64_t before = p->lanes[p->stamp[i]] & ((1ull << p->lane[i]) - 1);
-        const uint64_t at = p->offsets[p->stamp[i]] + count_lanes(before);
+        const pending_fragment *fragment = &p->fragments[i];
+        const uint64_t before = p->lanes[fragment->stamp] & ((1ull << fragment->lane) - 1);
+        const uint64_t at = p->offsets[fragment->stamp] + count_lanes(before);
         for (uint32_t formats = s->request.depth_formats; formats; formats &= formats - 1) {
             const int f = __builtin_ctz(formats);
-            const uint32_t code = chunk->codes[f][at] = format_depth_to_code((format)f, p->depth[i], reversed);
+            const uint32_t code = chunk->codes[f][at] = format_depth_to_code((format)f, fragment->depth, reversed);
             if (f != (int)s->request.range_format)
                 continue;
-            stamp_record *record = &records[p->stamp[i]];
+            stamp_record *record = &records[fragment->stamp];
             record->nearest = code < record->nearest ? code : record->nearest;
             record->farthest = code > record->farthest ? code : record->farthest;
         }
         for (int c = 0; s->request.color && c < 4; c++)
-            chunk->rgba[c][at] = p->rgba[i][c];
+            chunk->rgba[c][at] = fragment->rgba[c];
     }
 }
 
@@ -208,25 +213,16 @@ static bool end_primitive(stamps *s, stamp_chunk *chunk, bool counting)
     return true;
 }
 
-static bool add_fragment(stamps *s, const fragments *run, uint32_t i, stamp_chunk *chunk, bool counting)
+// Makes the stamp that the fragment at a lane of a tile belongs to the one at hand.
+static bool find_stamp(stamps *s, const fragments *run, uint32_t i, uint32_t tile, uint64_t bit, stamp_chunk *chunk, bool counting)
 {
     stamp_pending *p = s->pending;
-    const uint64_t place = tiling_place(s->tiling, run->x[i], run->y[i], run->sample[i]);
-    const uint32_t tile = (uint32_t)(place / TILE_LANES);
-    const uint64_t bit = 1ull << place % TILE_LANES;
-    if (s->request.tiles && !s->request.tiles[tile])
-        return true;
     const uint32_t found = p->stamp_of_tile[tile];
     const bool again = found && (p->lanes[found - 1] & bit);
     if (p->count && (again || p->primitive != run->primitive[i] || p->draw != run->draw) && !end_primitive(s, chunk, counting))
         return false;
-    if (p->count == p->capacity) {
-        const uint64_t capacity = p->capacity ? 2 * (uint64_t)p->capacity : 1024;
-        if (!reserve(&p->stamp, capacity, sizeof *p->stamp) || !reserve(&p->lane, capacity, sizeof *p->lane) ||
-            !reserve(&p->depth, capacity, sizeof *p->depth) || !reserve(&p->rgba, capacity, sizeof *p->rgba))
-            return false;
-        p->capacity = (uint32_t)capacity;
-    }
+    p->draw = run->draw;
+    p->primitive = run->primitive[i];
     if (!p->stamp_of_tile[tile]) {
         if (p->tile_count == p->tile_capacity) {
             const uint64_t capacity = p->tile_capacity ? 2 * (uint64_t)p->tile_capacity : 64;
@@ -239,16 +235,31 @@ static bool add_fragment(stamps *s, const fragments *run, uint32_t i, stamp_chun
         p->lanes[p->tile_count++] = 0;
         p->stamp_of_tile[tile] = p->tile_count;
     }
-    const uint32_t stamp = p->stamp_of_tile[tile] - 1;
-    p->lanes[stamp] |= bit;
-    p->stamp[p->count] = stamp;
-    p->lane[p->count] = (uint8_t)(place % TILE_LANES);
-    p->depth[p->count] = run->depth[i];
-    for (int c = 0; c < 4; c++)
-        p->rgba[p->count][c] = run->rgba[c][i];
-    p->count++;
-    p->draw = run->draw;
-    p->primitive = run->primitive[i];
+    p->stamp = p->stamp_of_tile[tile] - 1;
+    return true;
+}
+
+static bool add_fragment(stamps *s, const tiling *tiling, const fragments *run, uint32_t i, stamp_chunk *chunk, bool counting)
+{
+    stamp_pending *p = s->pending;
+    const uint64_t place = tiling_place(tiling, run->x[i], run->y[i], run->sample[i]);
+    const uint32_t tile = (uint32_t)(place / TILE_LANES);
+    const uint64_t bit = 1ull << place % TILE_LANES;
+    if (s->request.tiles && !s->request.tiles[tile])
+        return true;
+    // Most fragments lie in the block of the one before.
+    if ((!p->count || p->tiles[p->stamp] != tile || (p->lanes[p->stamp] & bit) || p->primitive != run->primitive[i] || p->draw != run->draw) &&
+        !find_stamp(s, run, i, tile, bit, chunk, counting))
+        return false;
+    if (p->count == p->capacity) {
+        const uint64_t capacity = p->capacity ? 2 * (uint64_t)p->capacity : 1024;
+        if (!reserve(&p->fragments, capacity, sizeof *p->fragments))
+            return false;
+        p->capacity = (uint32_t)capacity;
+    }
+    p->lanes[p->stamp] |= bit;
+    p->fragments[p->count++] = (pending_fragment){.depth = run->depth[i], .rgba = {run->rgba[0][i], run->rgba[1][i], run->rgba[2][i], run->rgba[3][i]},
+                                                  .stamp = p->stamp, .lane = (uint32_t)(place % TILE_LANES)};
     return true;
 }
 
@@ -256,6 +267,7 @@ static bool add_fragment(stamps *s, const fragments *run, uint32_t i, stamp_chun
 static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
 {
     const uint64_t total = trace_get_info(s->trace)->fragment_count;
+    const tiling tiling = *s->tiling;  // a copy that nothing written here can change
     while (!s->ended && chunk->fragment_count < CHUNK_FRAGMENTS) {
         fragments run;
         const status status = trace_next(s->trace, &run);
@@ -263,7 +275,7 @@ static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
             return status;
         s->ended = run.count == 0;
         for (uint32_t i = 0; i < run.count; i++)
-            if (!add_fragment(s, &run, i, chunk, counting))
+            if (!add_fragment(s, &tiling, &run, i, chunk, counting))
                 return refuse_memory(s->report);
         if (s->ended && !end_primitive(s, chunk, counting))
             return refuse_memory(s->report);
@@ -375,10 +387,7 @@ void stamps_free(stamps *s)
         free(s->pending->tiles);
         free(s->pending->lanes);
         free(s->pending->offsets);
-        free(s->pending->stamp);
-        free(s->pending->lane);
-        free(s->pending->depth);
-        free(s->pending->rgba);
+        free(s->pending->fragments);
         free(s->pending->regions_seen);
         free(s->pending->packed);
     }
