@@ -1,6 +1,7 @@
 // What the files of the replay in order of arrival share: arrival.c walks the schedule, stamp_run.c runs and describes one
-// stamp, pack.c several small ones together, dispatch.c is what both run, stamp_masks.c knows quads and ranges of depth. Of sampling,
-// sampling.c says which stamps are looked at, skip.c runs the others, and warm.c shows them to caches.
+// stamp, pack.c several small ones together, dispatch.c is what both run, alike.c is for stamps whose lanes all did the same, stamp_masks.c
+// knows quads and ranges of depth. Of sampling, sampling.c says which stamps are looked at, skip.c runs the others, and warm.c shows them to
+// caches.
 #ifndef ROPSIM_ARRIVAL_H
 #define ROPSIM_ARRIVAL_H
 
@@ -78,6 +79,7 @@ typedef struct stamp_pack {
     uint32_t primitives[TILE_LANES];
     tile_plane planes[PLANE_MAX];
     uint32_t *words;                // that those lie in
+    bool reads_colors;              // most lanes of the dispatch before did
 } stamp_pack;
 
 // What a dispatch did (dispatch.c): accesses that any lane made, in their order, without those that add nothing to earlier ones;
@@ -86,15 +88,29 @@ typedef struct access_lanes { const kernel_access *access; uint64_t lanes; } acc
 typedef struct slot_lanes { uint64_t lanes; int32_t slots; } slot_lanes;
 typedef struct dispatch_sum {
     uint64_t tested;                // lanes that passed an early test, if the machine makes one; else all
+    uint64_t written;               // lanes that wrote to a plane
+    uint64_t changes;               // bit i: lane i + 1 did something else than lane i
     int access_count, slot_count;   // slots: of free kernels alone
     access_lanes accesses[WORD_MAX];
     slot_lanes slots[2 * WORD_MAX];
 } dispatch_sum;
 
+// What one lane of a dispatch did (alike.c).
+typedef struct lane_deeds {
+    bool known;
+    uint32_t lane;
+    stamp stamp;                    // of this lane alone, which is its lane 0
+    bool writes_depth;              // the plane of the depth test
+    plane_access accesses[PLANE_MAX * 2];  // the stamp's: all 64 lanes or none
+    int written_count;
+    kernel_plane written[PLANE_MAX];
+} lane_deeds;
+
 // A stamp's fragments among the lanes of the dispatch that ran it: its block's, or those of a pack.
 typedef struct dispatch_part {
     uint64_t lanes;                 // of the block
     uint32_t first, count;          // lanes of the pack; count 0: the dispatch's lanes are the block's
+    const lane_deeds *alike;        // NULL, or what each of them did
 } dispatch_part;
 
 typedef struct list_entry { uint64_t place, order; uint32_t code; float rgba[4]; } list_entry;
@@ -122,6 +138,7 @@ struct arrival {
     uint64_t *counts;               // of instructions, not looked at
     lane_log *log;                  // of the last dispatch
     dispatch_sum sum;
+    lane_deeds deeds;               // of a lane of that
     uint32_t *lanes_of_columns;     // dense columns spread over lanes
     block_range *ranges;            // of each block
     stamp_pack pack;
@@ -187,13 +204,16 @@ static inline void arrival_planes(const arrival *a, uint32_t tile, tile_plane pl
     for (int i = 0; i < a->program->plane_count; i++)
         planes[i] = arrival_plane(a, a->plane_at[i], tile);
 }
-// Runs the kernel and sums up its log (dispatch.c).
+// Runs the kernel; sums up its log (dispatch.c).
 void dispatch_run(arrival *arrival, int kernel, const tile_plane *planes, const batch *batch);
+void dispatch_sum_up(arrival *arrival, int kernel, const tile_plane *planes, const batch *batch);
+// What each of these lanes of the last dispatch did, if all did the same; else NULL (alike.c).
+const lane_deeds *lanes_alike(arrival *arrival, const kernel_use *use, uint32_t first, uint32_t count);
 // A pack (pack.c): begins one with this record, unless that would be one stamp alone (false); takes out the stamp that comes next: writes
 // to its block what it wrote. pack_has: whether the record is next.
 bool pack_begin(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record);
 bool pack_has(const arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record);
-dispatch_part pack_take(arrival *arrival, const stamp_record *record);
+dispatch_part pack_take(arrival *arrival, const kernel_use *use, const stamp_record *record);
 void pack_pass_over(arrival *arrival, const stamp_record *record);  // it is next, and was discarded
 // The lanes of a mask that belong to a part, as lanes of its block.
 static inline uint64_t part_mask(const dispatch_part *part, uint64_t mask)
@@ -210,6 +230,9 @@ static inline uint64_t part_mask(const dispatch_part *part, uint64_t mask)
     return found;
 }
 
+// Describes what the last dispatch did to a stamp, of which lanes and quads are known (stamp_run.c). Whether it wrote the plane of the
+// depth test.
+bool stamp_describe(arrival *arrival, const kernel_use *use, const dispatch_part *part, stamp *stamp);
 // Runs the kernel on a stamp's fragments, maybe together with those that follow, and describes what it did (stamp_run.c).
 void stamp_execute(arrival *arrival, int kernel, const stamp_chunk *chunk, const stamp_record *record, stamp *stamp);
 // Runs it on these lanes of a block and describes what it did; `record` NULL: they are of no stamp.

@@ -7,6 +7,7 @@
 static void sum_accesses(const arrival *a, const kernel_use *use, dispatch_sum *sum)
 {
     sum->access_count = 0;
+    sum->written = 0;
     for (int i = 0; i < use->access_count; i++) {
         const kernel_access *access = &use->accesses[i];
         uint64_t lanes = a->log[access->instruction].executed, known = 0;
@@ -15,6 +16,7 @@ static void sum_accesses(const arrival *a, const kernel_use *use, dispatch_sum *
                 known |= sum->accesses[k].lanes;
         if (lanes & ~known)
             sum->accesses[sum->access_count++] = (access_lanes){access, lanes};
+        sum->written |= access->write ? lanes : 0;
     }
 }
 
@@ -52,12 +54,36 @@ static uint64_t test_early(const arrival *a, const kernel_use *use, const tile_p
     return depth_test_lanes(use->depth_function, batch->depth[bound_plane_format(a->bound, use->depth_plane)], planes[use->depth_plane], batch->lanes);
 }
 
+// Lanes whose neighbour one up is not in the mask as they are.
+static uint64_t steps(uint64_t mask)
+{
+    return mask ^ mask >> 1;
+}
+
+static uint64_t find_changes(const arrival *a, const kernel_use *use, const dispatch_sum *sum)
+{
+    uint64_t changes = steps(sum->tested);
+    changes |= use->alive_at < 0 ? 0 : steps(a->log[use->alive_at].outcome);
+    changes |= use->passed_at < 0 ? 0 : steps(a->log[use->passed_at].outcome);
+    for (int i = 0; i < sum->access_count; i++)
+        changes |= steps(sum->accesses[i].lanes);
+    for (int i = 0; use->free_kernel && i < sum->slot_count; i++)
+        changes |= steps(sum->slots[i].lanes);
+    return changes;
+}
+
 void dispatch_run(arrival *a, int kernel, const tile_plane *planes, const batch *batch)
 {
-    const kernel_use *use = &a->uses[kernel];
     a->execute(a->bound, kernel, planes, batch, a->counts + a->plan.count_offset[kernel]);
+}
+
+void dispatch_sum_up(arrival *a, int kernel, const tile_plane *planes, const batch *batch)
+{
+    const kernel_use *use = &a->uses[kernel];
     a->sum.tested = test_early(a, use, planes, batch);
     sum_accesses(a, use, &a->sum);
     if (use->free_kernel)
         sum_slots(a, kernel, &a->sum);
+    a->sum.changes = find_changes(a, use, &a->sum);
+    a->deeds.known = false;
 }

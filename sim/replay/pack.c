@@ -62,19 +62,26 @@ static void gather_colors(const arrival *a, const kernel_use *use, uint64_t lane
     }
 }
 
-// Few fragments get as far as a colour, which is four times as large as all else. So the kernel runs without colours first: a lane that
-// reads none does what it does anyway. If any lane reads one, all runs again, with the colours of those.
+// Few fragments get as far as a colour as a rule, which is four times as large as all else. So the kernel runs without colours first: a lane
+// that reads none does what it does anyway. If any lane reads one, all runs again, with the colours of those. Where most did in the pack
+// before, the kernel gets all colours at once.
 static void run(arrival *a, int kernel, const batch *batch, uint32_t count)
 {
     const kernel_use *use = &a->uses[kernel];
+    stamp_pack *p = &a->pack;
+    const bool at_once = p->reads_colors;
     gather(a, use, count);
-    dispatch_run(a, kernel, a->pack.planes, batch);
+    if (at_once)
+        gather_colors(a, use, batch->lanes);
+    dispatch_run(a, kernel, p->planes, batch);
     const uint64_t readers = color_readers(a, use);
-    if (!readers)
-        return;
-    gather(a, use, count);
-    gather_colors(a, use, readers);
-    dispatch_run(a, kernel, a->pack.planes, batch);
+    p->reads_colors = 2 * count_lanes(readers) > count;
+    if (readers && !at_once) {
+        gather(a, use, count);
+        gather_colors(a, use, readers);
+        dispatch_run(a, kernel, p->planes, batch);
+    }
+    dispatch_sum_up(a, kernel, p->planes, batch);
 }
 
 // Writes the fragments of these lanes to where they belong.
@@ -139,15 +146,25 @@ void pack_pass_over(arrival *a, const stamp_record *record)
     a->pack.lane += record->fragments;
 }
 
-dispatch_part pack_take(arrival *a, const stamp_record *record)
+// What these lanes wrote.
+static void scatter_all(const arrival *a, uint64_t own)
 {
-    const dispatch_part part = {record->lanes, a->pack.lane, record->fragments};
-    const uint64_t own = (UINT64_MAX >> (TILE_LANES - part.count)) << part.first;
     for (int i = 0; i < a->sum.access_count; i++) {
         const access_lanes *done = &a->sum.accesses[i];
         if (done->access->write && (done->lanes & own))
             scatter(a, done->access->plane, done->access->color, done->lanes & own);
     }
+}
+
+dispatch_part pack_take(arrival *a, const kernel_use *use, const stamp_record *record)
+{
+    const uint32_t first = a->pack.lane, count = record->fragments;
+    const dispatch_part part = {record->lanes, first, count, lanes_alike(a, use, first, count)};
+    const uint64_t own = (UINT64_MAX >> (TILE_LANES - count)) << first;
+    if (!part.alike && (a->sum.written & own))
+        scatter_all(a, own);
+    for (int i = 0; part.alike && i < part.alike->written_count; i++)
+        scatter(a, part.alike->written[i].plane, part.alike->written[i].color, own);
     pack_pass_over(a, record);
     return part;
 }

@@ -27,12 +27,14 @@ static void spread(arrival *a, const kernel_use *use, const stamp_chunk *chunk, 
     batch->primitive = next;
 }
 
-// Accesses of one plane by one unit become one, at the place of the first that any lane makes.
-static void describe_accesses(arrival *a, const kernel_use *use, const dispatch_part *part, bool test, stamp *stamp)
+// Accesses of one plane by one unit become one, at the place of the first that any lane makes. Whether the plane of the depth test was
+// written.
+static bool describe_accesses(arrival *a, const kernel_use *use, const dispatch_part *part, bool test, stamp *stamp)
 {
     const access_lanes early = {&use->accesses[use->access_count], 0};
     plane_access *groups[PLANE_MAX * ACCESS_UNITS];
     plane_access *next = a->accesses;
+    bool writes_depth = false;
     for (int g = 0; g < use->group_count; g++)
         groups[g] = NULL;
     for (int i = 0; i < a->sum.access_count + test; i++) {
@@ -49,10 +51,10 @@ static void describe_accesses(arrival *a, const kernel_use *use, const dispatch_
             groups[access->group] = next++;
         }
         *(access->write ? &groups[access->group]->written : &groups[access->group]->read) |= lanes;
-        if (access->write && access->plane == use->depth_plane)
-            a->ranges[stamp->tile].pass = 0;  // it may be another now
+        writes_depth |= access->write && access->plane == use->depth_plane;
     }
     stamp->access_count = (int)(next - a->accesses);
+    return writes_depth;
 }
 
 static uint32_t count_slots(const arrival *a, const dispatch_part *part, uint32_t all)
@@ -66,7 +68,7 @@ static uint32_t count_slots(const arrival *a, const dispatch_part *part, uint32_
     return (uint32_t)slots;
 }
 
-static void describe(arrival *a, const kernel_use *use, const dispatch_part *part, stamp *stamp)
+bool stamp_describe(arrival *a, const kernel_use *use, const dispatch_part *part, stamp *stamp)
 {
     const uint64_t lanes = stamp->lanes;
     stamp->shaded = part_mask(part, a->sum.tested);
@@ -79,7 +81,33 @@ static void describe(arrival *a, const kernel_use *use, const dispatch_part *par
     stamp->quads_passed = stamp->passed == stamp->shaded ? stamp->quads_shaded : quads_of(a, stamp->passed);
     stamp->texture_reads = stamp->quads_shaded * (uint32_t)use->texture_planes;
     stamp->kernel_slots = use->free_kernel ? count_slots(a, part, stamp->quads) : 0;
-    describe_accesses(a, use, part, tests_directly(a, use), stamp);
+    return describe_accesses(a, use, part, tests_directly(a, use), stamp);
+}
+
+// A stamp whose lanes all did the same; whether they wrote the plane of the depth test.
+static bool describe_alike(arrival *a, const lane_deeds *deeds, stamp *stamp)
+{
+    const struct stamp *one = &deeds->stamp;
+    const uint64_t lanes = stamp->lanes;
+    stamp->shaded = one->shaded ? lanes : 0;
+    stamp->alive = one->alive ? lanes : 0;
+    stamp->passed = one->passed ? lanes : 0;
+    stamp->quads_shaded = one->quads_shaded ? stamp->quads : 0;
+    stamp->quads_passed = one->quads_passed ? stamp->quads : 0;
+    stamp->texture_reads = one->texture_reads * stamp->quads;
+    stamp->kernel_slots = one->kernel_slots * stamp->quads;
+    stamp->access_count = one->access_count;
+    for (int i = 0; i < one->access_count; i++) {
+        const plane_access *access = &deeds->accesses[i];
+        a->accesses[i] = (plane_access){access->plane, access->unit, access->read & lanes, access->written & lanes};
+    }
+    return deeds->writes_depth;
+}
+
+static void describe(arrival *a, const kernel_use *use, const dispatch_part *part, stamp *stamp)
+{
+    if (part->alike ? describe_alike(a, part->alike, stamp) : stamp_describe(a, use, part, stamp))
+        a->ranges[stamp->tile].pass = 0;  // it may be another now
 }
 
 depth_range block_depths(arrival *a, const kernel_use *use, uint32_t tile)
@@ -127,7 +155,7 @@ void stamp_execute(arrival *a, int kernel, const stamp_chunk *chunk, const stamp
         if (packed)
             pack_pass_over(a, record);
     } else if (packed || pack_begin(a, kernel, chunk, record)) {
-        const dispatch_part part = pack_take(a, record);
+        const dispatch_part part = pack_take(a, use, record);
         start(a, record, record->tile, record->lanes, stamp);
         describe(a, use, &part, stamp);
     } else {
@@ -143,6 +171,7 @@ void lanes_execute(arrival *a, int kernel, const stamp_record *record, uint32_t 
     start(a, record, tile, batch->lanes, stamp);
     arrival_planes(a, tile, planes);
     dispatch_run(a, kernel, planes, batch);
+    dispatch_sum_up(a, kernel, planes, batch);
     describe(a, use, &part, stamp);
 }
 
