@@ -279,11 +279,12 @@ static status copy(arrival *a, const step *step)
 
 static void fill_plane(arrival *a, int storage, const uint32_t value[4])
 {
-    const size_t words = plane_words(a, storage);
+    const size_t components = plane_words(a, storage) / TILE_LANES;
     for (uint32_t n = 0; n <= a->storage_count; n++) {
-        uint32_t *base = n == a->storage_count ? a->empty_storage : a->storage + (size_t)n * a->plan.tile_words;
-        for (size_t i = 0; i < words; i++)
-            base[a->plan.plane_offset[storage] + i] = value[i / TILE_LANES];
+        uint32_t *to = (n == a->storage_count ? a->empty_storage : a->storage + (size_t)n * a->plan.tile_words) + a->plan.plane_offset[storage];
+        for (size_t c = 0; c < components; c++, to += TILE_LANES)
+            for (size_t i = 0; i < TILE_LANES; i++)
+                to[i] = value[c];
     }
 }
 
@@ -380,22 +381,30 @@ status arrival_run(arrival *a, const stamp_sink *sink)
     return status;
 }
 
+// The first lane of a plane of a block, one of so many components, that is not what the function level says; TILE_LANES: none.
+static uint32_t lane_that_differs(const arrival *a, int plane, uint32_t components, uint32_t tile)
+{
+    const uint32_t *words = arrival_plane(a, a->plane_at[plane], tile);
+    for (uint32_t row = 0; row < a->tiling.tile_height; row++) {
+        const tiling_run run = tiling_row(&a->tiling, tile, row);
+        const uint32_t *expected = a->function->plane_values[plane] + run.sample * components;
+        for (uint32_t lane = run.lane; lane < run.lane + run.count; lane++)
+            for (uint32_t c = 0; c < components; c++)
+                if (words[c * TILE_LANES + lane] != *expected++)
+                    return lane;
+    }
+    return TILE_LANES;
+}
+
 status arrival_check(const arrival *a)
 {
     for (int i = 0; i < a->program->plane_count; i++) {
-        const int storage = a->plane_at[i];
-        const uint32_t components = (uint32_t)plane_words(a, storage) / TILE_LANES;
+        const uint32_t components = (uint32_t)plane_words(a, a->plane_at[i]) / TILE_LANES;
         for (uint32_t t = 0; a->function->plane_values[i] && t < a->tiling.tile_count; t++) {
-            const uint32_t *words = arrival_plane(a, storage, t);
-            for (uint64_t lanes = tiling_valid_lanes(&a->tiling, t); lanes; lanes &= lanes - 1) {
-                const uint32_t lane = (uint32_t)__builtin_ctzll(lanes);
-                const uint32_t *expected = a->function->plane_values[i] + tiling_sample(&a->tiling, t, lane) * components;
-                for (uint32_t c = 0; c < components; c++)
-                    if (words[c * TILE_LANES + lane] != expected[c])
-                        return report_error(a->report, STATUS_REFUSED,
-                                            "internal error: plane '%s' differs between the levels of detail at block %u, lane %u",
-                                            a->program->planes[i].name, t, lane);
-            }
+            const uint32_t lane = lane_that_differs(a, i, components, t);
+            if (lane < TILE_LANES)
+                return report_error(a->report, STATUS_REFUSED, "internal error: plane '%s' differs between the levels of detail at block %u, lane %u",
+                                    a->program->planes[i].name, t, lane);
         }
     }
     return STATUS_OK;

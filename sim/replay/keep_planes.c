@@ -7,11 +7,11 @@ static void keep_tile(const plan *plan, const tiling *tiling, uint32_t t, const 
                       uint32_t components, uint32_t *values)
 {
     const uint32_t *words = tile->storage + plan->plane_offset[tile->plane_at[plane]];
-    for (uint64_t lanes = tiling_valid_lanes(tiling, t); lanes; lanes &= lanes - 1) {
-        const uint32_t lane = (uint32_t)__builtin_ctzll(lanes);
-        const uint64_t sample = tiling_sample(tiling, t, lane);
-        for (uint32_t c = 0; c < components; c++)
-            values[sample * components + c] = words[c * TILE_LANES + (empty ? 0 : lane)];
+    for (uint32_t row = 0; row < tiling->tile_height; row++) {
+        const tiling_run run = tiling_row(tiling, t, row);
+        for (uint32_t i = 0; i < run.count; i++)
+            for (uint32_t c = 0; c < components; c++)
+                values[(run.sample + i) * components + c] = words[c * TILE_LANES + (empty ? 0 : run.lane + i)];
     }
 }
 

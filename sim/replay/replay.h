@@ -34,6 +34,9 @@ static inline uint64_t tiling_place(const tiling *t, uint32_t x, uint32_t y, uin
 uint64_t tiling_valid_lanes(const tiling *tiling, uint32_t tile);  // lanes inside the image
 // The sample that a lane holds, counted by rows, pixels, samples of a pixel.
 uint64_t tiling_sample(const tiling *tiling, uint32_t tile, uint32_t lane);
+// A row of a tile as far as it is inside the image: lanes that follow each other and hold samples that do.
+typedef struct tiling_run { uint32_t lane, count; uint64_t sample; } tiling_run;
+tiling_run tiling_row(const tiling *tiling, uint32_t tile, uint32_t row);
 
 // Batch r of a tile holds the r-th fragment of each sample, so that no sample occurs twice and each sample's
 // fragments keep their order. Its fragments lie together, in order of lanes, from `offset` on.

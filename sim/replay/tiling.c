@@ -21,15 +21,20 @@ void tiling_init(tiling *tiling, const trace_info *info)
             tiling->quad_corners |= 1ull << ((y << tiling->shift_x) + x) * tiling->samples;
 }
 
+tiling_run tiling_row(const tiling *tiling, uint32_t tile, uint32_t row)
+{
+    const uint32_t x = tile % tiling->columns << tiling->shift_x, y = (tile / tiling->columns << tiling->shift_y) + row;
+    const uint32_t left = tiling->image_width - x, pixels = left < tiling->tile_width ? left : tiling->tile_width;
+    const uint64_t sample = ((uint64_t)y * tiling->image_width + x) * tiling->samples;
+    return (tiling_run){(row << tiling->shift_x) * tiling->samples, y < tiling->image_height ? pixels * tiling->samples : 0, sample};
+}
+
 uint64_t tiling_valid_lanes(const tiling *tiling, uint32_t tile)
 {
-    const uint32_t x = tile % tiling->columns << tiling->shift_x, y = tile / tiling->columns << tiling->shift_y;
     uint64_t lanes = 0;
-    for (uint32_t lane = 0; lane < TILE_LANES; lane++) {
-        const uint32_t pixel = lane / tiling->samples;
-        const bool inside = x + (pixel & (tiling->tile_width - 1)) < tiling->image_width &&
-                            y + (pixel >> tiling->shift_x) < tiling->image_height;
-        lanes |= (uint64_t)inside << lane;
+    for (uint32_t row = 0; row < tiling->tile_height; row++) {
+        const tiling_run run = tiling_row(tiling, tile, row);
+        lanes |= run.count ? UINT64_MAX >> (TILE_LANES - run.count) << run.lane : 0;
     }
     return lanes;
 }
