@@ -45,30 +45,32 @@ static uint64_t color_cost(const clock_state *c, const plane_access *access)
     return access->read ? c->costs.blend[c->frame->plane_bits[access->plane] > 64][quads] : c->costs.write[quads];
 }
 
-// The stage's touches are those of one cache, or of two one behind the other. The new number of the job's.
-static inline uint32_t take_touches(const clock_state *c, const stamp_lines *lines, access_unit cache, job *job, uint32_t taken)
+// The touches of a cache join the partition's; how many.
+static inline uint32_t take_touches(const clock_state *c, partition *p, const stamp_lines *lines, access_unit cache)
 {
     const line_touch *line = lines->touches[cache];
-    const uint32_t first = c->first_line[cache];
-    for (int left = lines->counts[cache]; left > 0; left--, line++) {
+    const uint32_t first = c->first_line[cache], count = (uint32_t)lines->counts[cache];
+    for (uint32_t i = 0; i < count; i++, line++) {
         uint32_t how = (line->miss ? TOUCH_MISS : 0) | (line->replaces ? TOUCH_REPLACES : 0);
         if (line->fill.bytes | line->spill.bytes) {
-            how |= TOUCH_MOVES | job->move_count << TOUCH_MOVE;
-            job->moves[job->move_count++] = (queued_move){line->fill, line->spill};
+            how |= TOUCH_MOVES | (uint32_t)p->moves.end << TOUCH_MOVE;
+            *move_at(p, (uint32_t)p->moves.end++) = (queued_move){line->fill, line->spill};
         }
-        job->touches[taken++] = (queued_touch){first + line->slot, how};
+        *touch_at(p, (uint32_t)p->touches.end + i) = (queued_touch){first + line->slot, how};
     }
-    return taken;
+    p->touches.end += count;
+    return count;
 }
 
-static void charge_kernel(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job, uint32_t taken)
+static void charge_kernel(const clock_state *c, partition *p, const stamp *stamp, const stamp_lines *lines, job *job)
 {
-    stage_work *work = &job->work[c->stage_of[UNIT_KERNEL_STAGE]];
-    const uint32_t middle = take_touches(c, lines, ACCESS_DEPTH, job, taken), end = take_touches(c, lines, ACCESS_COLOR, job, middle);
-    *work = (stage_work){stamp->lanes, cost(c, stamp->kernel_slots, &c->kernel_rate), 0, taken, end - taken};
+    const uint32_t first = (uint32_t)p->touches.end;
+    const uint32_t depth = take_touches(c, p, lines, ACCESS_DEPTH), color = take_touches(c, p, lines, ACCESS_COLOR);
+    job->work[c->stage_of[UNIT_KERNEL_STAGE]] =
+        (stage_work){.lanes = stamp->lanes, .cost = cost(c, stamp->kernel_slots, &c->kernel_rate), .first_touch = first, .touch_count = depth + color};
 }
 
-static void charge_depth_and_color(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job, uint32_t taken)
+static void charge_depth_and_color(const clock_state *c, partition *p, const stamp *stamp, const stamp_lines *lines, job *job)
 {
     uint64_t depth_lanes = 0, color_lanes = 0, colors_cost = 0;
     for (int i = 0; i < stamp->access_count; i++) {
@@ -81,25 +83,30 @@ static void charge_depth_and_color(const clock_state *c, const stamp *stamp, con
         }
     }
     const uint64_t depth_cost = depth_lanes ? c->costs.depth[quad_count(c, depth_lanes)] : 0;
-    const uint32_t middle = take_touches(c, lines, ACCESS_DEPTH, job, taken), end = take_touches(c, lines, ACCESS_COLOR, job, middle);
-    job->work[c->stage_of[UNIT_DEPTH_STAGE]] = (stage_work){depth_lanes, depth_cost, 0, taken, middle - taken};
-    job->work[c->stage_of[UNIT_COLOR_STAGE]] = (stage_work){color_lanes, colors_cost, 0, middle, end - middle};
+    const uint32_t first = (uint32_t)p->touches.end;
+    const uint32_t depth = take_touches(c, p, lines, ACCESS_DEPTH), color = take_touches(c, p, lines, ACCESS_COLOR);
+    job->work[c->stage_of[UNIT_DEPTH_STAGE]] = (stage_work){.lanes = depth_lanes, .cost = depth_cost, .first_touch = first, .touch_count = depth};
+    job->work[c->stage_of[UNIT_COLOR_STAGE]] =
+        (stage_work){.lanes = color_lanes, .cost = colors_cost, .first_touch = first + depth, .touch_count = color};
 }
 
-void charge_stamp(const clock_state *c, const stamp *stamp, const stamp_lines *lines, job *job)
+void charge_stamp(const clock_state *c, partition *p, const stamp *stamp, const stamp_lines *lines, job *job)
 {
+    const uint32_t first = (uint32_t)p->touches.end;
     job->tile = stamp->tile;
     job->quads = stamp->quads;
-    job->move_count = 0;
+    job->first_touch = p->touches.end;
+    job->first_move = p->moves.end;
     job->stretch = c->stretch;
     job->stream_address = lines->stream_address;
     job->stream_read = lines->stream_read;
     job->stream_written = lines->stream_written;
-    const uint32_t taken = take_touches(c, lines, ACCESS_TEXTURE, job, 0);
+    const uint32_t texture = take_touches(c, p, lines, ACCESS_TEXTURE);
     const uint64_t reads_cost = stamp->texture_reads ? cost(c, 4ull * c->frame->samples * stamp->texture_reads, &c->texture_rate) : 0;
-    job->work[c->stage_of[UNIT_SHADER_STAGE]] = (stage_work){0, c->costs.shader[stamp->quads_shaded], reads_cost, 0, taken};
+    job->work[c->stage_of[UNIT_SHADER_STAGE]] =
+        (stage_work){.second_cost = reads_cost, .cost = c->costs.shader[stamp->quads_shaded], .first_touch = first, .touch_count = texture};
     if (c->pass.free_kernel)
-        charge_kernel(c, stamp, lines, job, taken);
+        charge_kernel(c, p, stamp, lines, job);
     else
-        charge_depth_and_color(c, stamp, lines, job, taken);
+        charge_depth_and_color(c, p, stamp, lines, job);
 }

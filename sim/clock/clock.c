@@ -213,9 +213,10 @@ static status push(clock_state *c, partition *p, const stamp *stamp, const stamp
     job *job = partition_new_job(c, p, (uint32_t)(lines->counts[0] + lines->counts[1] + lines->counts[2]));
     if (!job)
         return refuse_memory(c);
-    charge_stamp(c, stamp, lines, job);
+    charge_stamp(c, p, stamp, lines, job);
     job->ready = cycles_up(c->front.raster_free);  // later than front.now
     p->pushed++;
+    p->moving = p->moves.end != job->first_move || job->stream_read | job->stream_written ? p->pushed : p->moving;
     p->when = job->ready < p->when ? job->ready : p->when;
     return STATUS_OK;
 }

@@ -8,7 +8,8 @@
 // (front.now), and a line of geometry through its channel, at front.now. What is asked from outside is whether the first unit's
 // queue has room at front.now, and counts, which are sums. So a partition may stay behind as long as nobody asks: stamps that
 // have begun only grow in number, so a queue with room by what is known has it in truth. When somebody asks, the partition first
-// does all steps up to that time (partition_advance), and is then as if it had never waited.
+// does all steps up to that time (partition_advance), and is then as if it had never waited. A partition none of whose stamps has a
+// step left that moves bytes asks nothing of its channel until it gets more stamps, and need not do its steps before a line of geometry.
 //
 // Units of a partition share the channel and the second level: steps that move bytes are done in order of time, of those of one cycle
 // the one nearest to the end of the pipeline first. All other steps look at what belongs to the unit (its port, its operations,
@@ -41,30 +42,39 @@ extern const char *const unit_names[UNIT_KINDS];  // for people (partition.c)
 // A touch of a line.
 typedef struct queued_touch {
     uint32_t line;            // in the partition's lines
-    uint32_t how;             // TOUCH_..., and its transfers' place among the job's from bit TOUCH_MOVE on, if it has any
+    uint32_t how;             // TOUCH_..., and the number of its transfers among the partition's from bit TOUCH_MOVE on, if it has any
 } queued_touch;
 enum { TOUCH_MISS = 1, TOUCH_REPLACES = 2, TOUCH_MOVES = 4, TOUCH_MOVE = 3 };
 typedef struct queued_move { transfer fill, spill; } queued_move;
 
 // A stamp on its way through one stage.
 typedef struct stage_work {
-    uint64_t lanes;           // that the stage works on, for the interlock; none in the shader
     uint64_t cost;            // parts of a cycle that the operation takes
-    uint64_t second_cost;     // of the shader stage: texture reads, at the same time
-    uint32_t first_touch, touch_count;  // in the job's touches
+    union {
+        uint64_t lanes;       // that the stage works on, for the interlock
+        uint64_t second_cost; // of the shader stage, which has none: texture reads, at the same time
+    };
+    uint32_t first_touch, touch_count;  // among the partition's
 } stage_work;
 
+// Hundreds wait before a slow unit. What most of them are asked for lies in their first line of the processor's cache.
+enum { PROCESSOR_LINE = 64 };
 typedef struct job {
+    _Alignas(PROCESSOR_LINE) uint64_t ready;  // arrives at its next stage
     uint32_t tile, quads;
-    uint64_t ready;           // arrives at its next stage
     stage_work work[STAGES_MAX];
-    queued_touch *touches;
-    queued_move *moves;       // of the touches that move bytes: most do not, and copies cost
+    uint64_t first_touch, first_move;  // how many the partition had before
     uint64_t stretch;         // in which it came
     uint64_t stream_address;
     uint32_t stream_read, stream_written;
-    uint32_t move_count, touch_capacity;
 } job;
+
+// Things in the order in which they came; number i is at i & mask. Those of stamps on their way are kept.
+typedef struct ring {
+    void *items;
+    uint64_t mask, end;       // end: the next one's number
+    uint64_t limit;           // up to which there is room
+} ring;
 
 // An operation that another one on the same sample must wait for.
 typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
@@ -128,6 +138,8 @@ typedef struct partition {
     line_state *lines;        // of all caches, one cache behind the other (clock_state.first_line)
     job *jobs;                // a ring
     uint64_t job_mask, pushed;
+    ring touches, moves;      // of them: queued_touch; queued_move of the touches that move bytes, as most do not
+    uint64_t moving;          // stamps up to the last one with a step that moves bytes
     unit units[STAGES_MAX];
     shader_room shader_room;
     channel *channel;
@@ -197,7 +209,7 @@ struct clock_state {
 
 // What a stamp costs in each stage (charge.c).
 void charge_begin(clock_state *clock);
-void charge_stamp(const clock_state *clock, const stamp *stamp, const stamp_lines *lines, job *job);
+void charge_stamp(const clock_state *clock, partition *partition, const stamp *stamp, const stamp_lines *lines, job *job);
 
 // The front end (front.c). front_next: when it can hand the stamp on, if there is room; front_step does it at front.when.
 void front_begin(clock_state *clock);
@@ -209,8 +221,15 @@ void front_end(clock_state *clock);
 bool partition_make(clock_state *clock, partition *partition, const uint32_t slots[ACCESS_UNITS]);
 void partition_free(partition *partition);
 void partition_begin(clock_state *clock, partition *partition);
+static inline queued_touch *touch_at(const partition *p, uint32_t number) { return (queued_touch *)p->touches.items + (number & p->touches.mask); }
+static inline queued_move *move_at(const partition *p, uint32_t number) { return (queued_move *)p->moves.items + (number & p->moves.mask); }
+// As long as no stamps were skipped all are of stretch 0, and need not be asked.
+static inline uint64_t stretch_of(const clock_state *c, const job *job) { return c->stretch ? job->stretch : 0; }
 // Of the stamp that comes next, with room for so many touches; NULL: out of memory.
 job *partition_new_job(const clock_state *clock, partition *partition, uint32_t touches);
+
+// Whether no stamp that it has so far has a step left that moves bytes.
+bool partition_moves_nothing(const clock_state *clock, const partition *partition);
 
 // Its steps (unit.c).
 void partition_step(clock_state *clock, partition *partition);          // the one at partition.when, if there is one then
@@ -220,7 +239,7 @@ void partition_advance(clock_state *clock, partition *partition, uint64_t until)
 bool move_line(clock_state *clock, partition *partition, unit *unit, const job *job, const queued_touch *touch);
 bool move_stream(clock_state *clock, partition *partition, unit *unit, const job *job);
 // When the users of the line to be replaced have ended.
-uint64_t victim_free(const clock_state *clock, partition *partition, const queued_touch *touch, uint64_t stretch);
+uint64_t victim_free(const clock_state *clock, partition *partition, const queued_touch *touch, const job *job);
 // Requests at cycle `now`: true: taken; else *when is when to ask again.
 bool clock_write(partition *partition, uint64_t now, uint64_t address, uint32_t bytes, uint64_t *when);
 // Takes the second level's port. The cycle in which its answer is there.

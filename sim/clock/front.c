@@ -37,12 +37,13 @@ static uint64_t next_place(uint64_t place, int64_t places)
     return place + 1 == (uint64_t)places ? 0 : place + 1;
 }
 
-// A channel is asked in order of time, so its partition goes first.
+// A channel is asked in order of time, so its partition goes first, if it may ask.
 static uint64_t read_line(clock_state *c, uint64_t base, uint64_t number)
 {
     uint64_t turn;
     const uint64_t address = base + divide(number, &c->partitions_by, &turn) * (uint64_t)c->machine->line_bytes;
-    partition_advance(c, &c->partitions[turn], c->front.now);
+    if (!partition_moves_nothing(c, &c->partitions[turn]))
+        partition_advance(c, &c->partitions[turn], c->front.now);
     return channel_read(c->partitions[turn].channel, c->front.now, address, (uint32_t)c->machine->line_bytes);
 }
 

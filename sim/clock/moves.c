@@ -66,11 +66,11 @@ static uint64_t earliest_use(const clock_state *c, partition *p, const queued_to
     return p->lines[line].last_use = use;
 }
 
-uint64_t victim_free(const clock_state *c, partition *p, const queued_touch *touch, uint64_t stretch)
+uint64_t victim_free(const clock_state *c, partition *p, const queued_touch *touch, const job *job)
 {
-    if (p->used_in[touch->line] == stretch || c->machine->tile_based)
+    if (!c->stretch || c->machine->tile_based || p->used_in[touch->line] == job->stretch)
         return p->lines[touch->line].last_use;
-    return earliest_use(c, p, touch, stretch);
+    return earliest_use(c, p, touch, job->stretch);
 }
 
 // The place of the pending fetch that is back first. They come back out of order: some from the second level, some after
@@ -87,7 +87,7 @@ static uint64_t *first_back(const clock_state *c, const partition *p, fetches *f
 // As far as it can go now.
 bool move_line(clock_state *c, partition *p, unit *u, const job *job, const queued_touch *touch)
 {
-    const queued_move *line = &job->moves[touch->how >> TOUCH_MOVE];
+    const queued_move *line = move_at(p, touch->how >> TOUCH_MOVE);
     statistics *s = c->statistics;
     line_state *state = &p->lines[touch->line];
     fetches *fetches = &p->fetches[cache_of(c, touch)];
@@ -96,7 +96,7 @@ bool move_line(clock_state *c, partition *p, unit *u, const job *job, const queu
     if (u->step <= STEP_PENDING) {
         if (pending && *pending > p->now)
             return wait_until(c, p, u, *pending, &s->unit_wait_misses);
-        const uint64_t used = touch->how & TOUCH_REPLACES ? victim_free(c, p, touch, job->stretch) : 0;
+        const uint64_t used = touch->how & TOUCH_REPLACES ? victim_free(c, p, touch, job) : 0;
         if (used > p->now)
             return wait_until(c, p, u, used, &s->unit_wait_victim);
         u->step = STEP_SPILL;

@@ -2,6 +2,7 @@
 #include "clock.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 const char *const unit_names[UNIT_KINDS] = {"shader", "depth unit", "colour unit", "kernel unit"};
 
@@ -18,6 +19,14 @@ static uint64_t power_above(uint64_t value)
     return power;
 }
 
+static job *make_jobs(uint64_t count)
+{
+    job *jobs = aligned_alloc(PROCESSOR_LINE, count * sizeof *jobs);
+    if (jobs)
+        memset(jobs, 0, count * sizeof *jobs);
+    return jobs;
+}
+
 bool partition_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UNITS])
 {
     const machine *m = c->machine;
@@ -25,7 +34,7 @@ bool partition_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UN
     enum { JOBS_AT_FIRST = 16 };  // few are on their way as a rule: a small ring stays in the nearest cache
     p->when = NEVER;
     p->job_mask = JOBS_AT_FIRST - 1;
-    p->jobs = calloc(p->job_mask + 1, sizeof *p->jobs);
+    p->jobs = make_jobs(p->job_mask + 1);
     bool good = p->jobs;
     for (int s = 0; good && s < STAGES_MAX; s++) {
         unit *u = &p->units[s];
@@ -54,11 +63,9 @@ bool partition_make(clock_state *c, partition *p, const uint32_t slots[ACCESS_UN
 
 void partition_free(partition *p)
 {
-    for (uint64_t i = 0; p->jobs && i <= p->job_mask; i++) {
-        free(p->jobs[i].touches);
-        free(p->jobs[i].moves);
-    }
     free(p->jobs);
+    free(p->touches.items);
+    free(p->moves.items);
     for (int s = 0; s < STAGES_MAX; s++) {
         free(p->units[s].begun);
         free(p->units[s].operations);
@@ -78,7 +85,7 @@ void partition_begin(clock_state *c, partition *p)
 {
     const uint64_t start = c->drained;
     shader_room *room = &p->shader_room;
-    p->pushed = 0;
+    p->pushed = p->moving = 0;
     p->when = NEVER;
     *room = (shader_room){.quads = room->quads, .mask = room->mask};
     for (int s = c->stage_count; s < STAGES_MAX; s++)
@@ -98,24 +105,47 @@ void partition_begin(clock_state *c, partition *p)
 
 // ---- Stamps on their way -------------------------------------------------------------------------------
 
-static bool reserve_touches(job *job, uint32_t count)
+// Grows the ring to hold those from number `oldest` on and so many more; an item's size divides that of a processor's line.
+static bool grow(ring *r, size_t size, uint64_t oldest, uint64_t more)
 {
-    queued_touch *touches = realloc(job->touches, 2 * count * sizeof *touches);
-    job->touches = touches ? touches : job->touches;
-    queued_move *moves = touches ? realloc(job->moves, 2 * count * sizeof *moves) : NULL;
-    job->moves = moves ? moves : job->moves;
-    job->touch_capacity = moves ? 2 * count : job->touch_capacity;
-    return moves;
+    enum { PLACES_AT_FIRST = 128 };  // as few as of jobs
+    const uint64_t places = later(power_above(2 * (r->end - oldest + more)), PLACES_AT_FIRST);
+    char *items = aligned_alloc(PROCESSOR_LINE, places * size);
+    if (!items)
+        return false;
+    for (uint64_t i = oldest; i < r->end; i++)
+        memcpy(items + (i & (places - 1)) * size, (char *)r->items + (i & r->mask) * size, size);
+    free(r->items);
+    r->items = items;
+    r->mask = places - 1;
+    return true;
 }
 
-// Doubles the ring. The last unit has begun `begun` stamps, and may have the last one of those at hand.
-static bool reserve_job(partition *p, uint64_t begun)
+// Room for so many more behind those from number `oldest` on.
+static bool reserve(ring *r, size_t size, uint64_t oldest, uint64_t more)
 {
-    const uint64_t mask = 2 * p->job_mask + 1, oldest = begun ? begun - 1 : 0;
-    job *grown = calloc(mask + 1, sizeof *grown);
+    if ((!r->items || r->end + more > oldest + r->mask + 1) && !grow(r, size, oldest, more))
+        return false;
+    r->limit = oldest + r->mask + 1;
+    return true;
+}
+
+// For so many touches of a stamp, any of which may move bytes.
+static bool reserve_touches(partition *p, uint64_t oldest, uint32_t count)
+{
+    const job *first = oldest < p->pushed ? &p->jobs[oldest & p->job_mask] : NULL;
+    return reserve(&p->touches, sizeof(queued_touch), first ? first->first_touch : p->touches.end, count) &&
+           reserve(&p->moves, sizeof(queued_move), first ? first->first_move : p->moves.end, count);
+}
+
+// Doubles the ring.
+static bool reserve_job(partition *p, uint64_t oldest)
+{
+    const uint64_t mask = 2 * p->job_mask + 1;
+    job *grown = make_jobs(mask + 1);
     if (!grown)
         return false;
-    for (uint64_t i = oldest; i <= oldest + p->job_mask; i++)  // those not on their way, too: their touches are kept
+    for (uint64_t i = oldest; i < p->pushed; i++)
         grown[i & mask] = p->jobs[i & p->job_mask];
     free(p->jobs);
     p->jobs = grown;
@@ -125,9 +155,18 @@ static bool reserve_job(partition *p, uint64_t begun)
 
 job *partition_new_job(const clock_state *c, partition *p, uint32_t touches)
 {
-    const uint64_t begun = p->units[c->stage_count - 1].started;
-    if (p->pushed - begun >= p->job_mask && !reserve_job(p, begun))
+    // The last unit may have the stamp that it began last at hand.
+    const uint64_t begun = p->units[c->stage_count - 1].started, oldest = begun ? begun - 1 : 0;
+    const bool full = p->pushed - oldest > p->job_mask;
+    const bool tight = p->touches.end + touches > p->touches.limit || p->moves.end + touches > p->moves.limit;
+    if ((full && !reserve_job(p, oldest)) || (tight && !reserve_touches(p, oldest, touches)))
         return NULL;
-    job *job = &p->jobs[p->pushed & p->job_mask];
-    return touches <= job->touch_capacity || reserve_touches(job, touches) ? job : NULL;
+    return &p->jobs[p->pushed & p->job_mask];
+}
+
+// All of them have begun in the last stage, and none waits there for bytes.
+bool partition_moves_nothing(const clock_state *c, const partition *p)
+{
+    const unit *last = &p->units[c->stage_count - 1];
+    return last->started >= p->moving && !last->open;
 }

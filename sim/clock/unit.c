@@ -110,15 +110,15 @@ static void note_operation(const clock_state *c, unit *u, uint64_t looked_up, ui
     spans_note(c, u, false, "works", begin / CYCLE_PARTS, cycles_up(end));
 }
 
-// Lines are in use until the operation ends. As long as no stamps were skipped all are of stretch 0, which stands there.
-static void use_lines(partition *p, const job *job, const stage_work *work, uint64_t until)
+// Lines are in use until the operation ends.
+static void use_lines(const clock_state *c, partition *p, const job *job, const stage_work *work, uint64_t until)
 {
-    const queued_touch *touches = job->touches + work->first_touch;
-    for (uint32_t i = 0; i < work->touch_count; i++)
-        p->lines[touches[i].line].last_use = until;
-    if (job->stretch)
-        for (uint32_t i = 0; i < work->touch_count; i++)
-            p->used_in[touches[i].line] = job->stretch;
+    const uint32_t end = work->first_touch + work->touch_count;
+    const uint64_t stretch = stretch_of(c, job);
+    for (uint32_t i = work->first_touch; i != end; i++)
+        p->lines[touch_at(p, i)->line].last_use = until;
+    for (uint32_t i = work->first_touch; stretch && i != end; i++)
+        p->used_in[touch_at(p, i)->line] = stretch;
 }
 
 // The stamp's operation begins at `begin`, in parts; the last lookup was made in cycle `at`.
@@ -137,7 +137,8 @@ static inline void finish(clock_state *c, unit *u, job *job, uint64_t at, uint64
 // The stamp's operation: when it begins, ends and is done. The last lookup was made in cycle `at`.
 static inline void operate(clock_state *c, partition *p, unit *u, job *job, const stage_work *work, uint64_t at, uint64_t data_ready)
 {
-    const uint64_t cost = work->cost, second_cost = work->second_cost;
+    const bool shades = u->kind == UNIT_SHADER_STAGE;
+    const uint64_t cost = work->cost, second_cost = shades ? work->second_cost : 0, lanes = shades ? 0 : work->lanes;
     const uint64_t looked_up = work->touch_count ? at + 1 : at, free = u->operation_free;
     uint64_t begin = later(looked_up * CYCLE_PARTS, free);
     begin = second_cost ? later(begin, u->second_free) : begin;
@@ -145,8 +146,8 @@ static inline void operate(clock_state *c, partition *p, unit *u, job *job, cons
         c->statistics->unit_wait_data += data_ready - begin / CYCLE_PARTS;
         begin = data_ready * CYCLE_PARTS;
     }
-    if (work->lanes) {
-        const uint64_t done = interlocked(c, u, job->tile, work->lanes, begin / CYCLE_PARTS);
+    if (lanes) {
+        const uint64_t done = interlocked(c, u, job->tile, lanes, begin / CYCLE_PARTS);
         if (done * CYCLE_PARTS > begin) {
             c->statistics->unit_wait_interlock += done - begin / CYCLE_PARTS;
             begin = done * CYCLE_PARTS;
@@ -161,9 +162,9 @@ static inline void operate(clock_state *c, partition *p, unit *u, job *job, cons
         u->second_free = begin + second_cost;
         u->second_busy += second_cost;
     }
-    if (work->lanes)
-        note_flight(c, u, job->tile, work->lanes, ready);
-    use_lines(p, job, work, ended);
+    if (lanes)
+        note_flight(c, u, job->tile, lanes, ready);
+    use_lines(c, p, job, work, ended);
     finish(c, u, job, at, begin, ready);
 }
 
@@ -197,7 +198,7 @@ static inline void begin_stamp(clock_state *c, partition *p, unit *u, const job 
 // in its cycle or when the replaced line is free: that cycle.
 static uint64_t miss_alone(clock_state *c, partition *p, unit *u, const job *job, const queued_touch *touch, uint64_t at)
 {
-    const uint64_t free = touch->how & TOUCH_REPLACES ? victim_free(c, p, touch, job->stretch) : 0;
+    const uint64_t free = touch->how & TOUCH_REPLACES ? victim_free(c, p, touch, job) : 0;
     if (free > at) {
         c->statistics->unit_wait_victim += free - at;
         if (c->timeline)
@@ -223,11 +224,10 @@ static bool stay_at(unit *u, uint32_t touch, uint64_t when, uint64_t data_ready,
 // of its own. *at: the cycle of the last one.
 static inline bool look_up(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work, uint32_t i, uint64_t *at, uint64_t *data_ready)
 {
-    const queued_touch *touches = job->touches + work->first_touch;
     const uint32_t from = i, count = work->touch_count;
     uint64_t now = u->when, ready = *data_ready;
     for (; i < count; i++, now++) {
-        const queued_touch *touch = &touches[i];
+        const queued_touch *touch = touch_at(p, work->first_touch + i);
         if (touch->how & TOUCH_MOVES)
             return stay_at(u, i, now, ready, STEP_PENDING);
         now = touch->how & TOUCH_MISS ? miss_alone(c, p, u, job, touch, now) : now;
@@ -238,12 +238,13 @@ static inline bool look_up(clock_state *c, partition *p, unit *u, const job *job
     return true;
 }
 
-// The lookups from number `i` on, the first of which is due at unit.when, and the operation, as far as no bytes move.
-static inline void go_on(clock_state *c, partition *p, unit *u, int stage, job *job, uint32_t i, uint64_t data_ready)
+// The lookups from number `i` on, the first of which is due at unit.when, and the operation, as far as no bytes move. Both callers have it
+// within their loops: a call would cost as much as what it does for most stamps.
+static inline __attribute__((always_inline)) void go_on(clock_state *c, partition *p, unit *u, int stage, job *job, uint32_t i, uint64_t data_ready)
 {
     const stage_work *work = &job->work[stage];
     uint64_t at;
-    if (!(work->cost | work->second_cost | work->touch_count))
+    if (!(work->cost | (u->kind == UNIT_SHADER_STAGE ? work->second_cost : 0) | work->touch_count))
         pass_on(c, u, job, u->when, data_ready);
     else if (look_up(c, p, u, job, work, i, &at, &data_ready))
         operate(c, p, u, job, work, at, data_ready);
@@ -264,7 +265,7 @@ static void move(clock_state *c, partition *p, unit *u, int stage)
 {
     job *job = job_at(p, u->started - 1);
     const stage_work *work = &job->work[stage];
-    const queued_touch *touch = &job->touches[work->first_touch + u->touch];
+    const queued_touch *touch = touch_at(p, work->first_touch + u->touch);
     p->now = u->last_step = u->when;
     if (u->step == STEP_STREAM && !move_stream(c, p, u, job))
         return;
@@ -290,17 +291,12 @@ static void unit_look(partition *p, int stage)
 }
 
 // All steps up to cycle `until` that move no bytes; whether there was one. Sets unit.when.
-static bool unit_run(clock_state *c, partition *p, int stage, uint64_t until)
+static inline bool unit_run(clock_state *c, partition *p, int stage, uint64_t until)
 {
     unit *u = &p->units[stage];
     const uint64_t started = u->started, end = arrived(p, stage);
     uint64_t waited = 0;
-    while (!u->open) {
-        if (u->started == end) {
-            u->when = NEVER;
-            u->full = false;
-            break;
-        }
+    while (!u->open && u->started < end) {
         job *job = job_at(p, u->started);
         unit_next(p, u, job);
         if (u->when > until)
@@ -308,19 +304,20 @@ static bool unit_run(clock_state *c, partition *p, int stage, uint64_t until)
         waited += u->when - u->could;
         begin_next(c, p, u, stage, job);
     }
+    if (!u->open && u->started == end) {
+        u->when = NEVER;
+        u->full = false;
+    }
     c->statistics->unit_wait_queue += waited;
     return u->started > started;
 }
 
-// The same of all units. What one did may be what the one before it waits for.
-static void run_units(clock_state *c, partition *p, uint64_t until)
+// The same of all units from stage `first` on; those before it have no step. What one did may be what the one before it waits for.
+static void run_units(clock_state *c, partition *p, int first, uint64_t until)
 {
-    for (bool ran = true, full = true; ran && full;) {
-        ran = full = false;
-        for (int s = 0; s < c->stage_count; s++) {
-            ran |= unit_run(c, p, s, until);
-            full |= p->units[s].full;
-        }
+    for (int s = first; s < c->stage_count;) {
+        const bool ran = unit_run(c, p, s, until), waited_for = s > 0 && p->units[s - 1].full;
+        s += ran && waited_for ? -1 : 1;
     }
 }
 
@@ -334,10 +331,7 @@ void partition_step(clock_state *c, partition *p)
         return;
     const int stage = p->next_stage;
     unit *u = &p->units[stage];
-    if (!u->open) {
-        c->statistics->unit_wait_queue += due - u->could;
-        begin_next(c, p, u, stage, job_at(p, u->started));
-    }
+    unit_run(c, p, stage, due);  // one step, if any: a stamp takes a cycle at least
     if (u->open && u->when == due)
         move(c, p, u, stage);
     for (int s = 0; s < c->stage_count; s++)
@@ -345,11 +339,12 @@ void partition_step(clock_state *c, partition *p)
     choose_step(p);
 }
 
-// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some.
+// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some. That gives steps to
+// it and to the units behind it.
 void partition_advance(clock_state *c, partition *p, uint64_t until)
 {
-    while (p->when <= until) {
-        run_units(c, p, until);
+    for (int first = 0; p->when <= until; first = p->next_stage) {
+        run_units(c, p, first, until);
         choose_step(p);
         if (p->when <= until)
             move(c, p, &p->units[p->next_stage], p->next_stage);
