@@ -125,12 +125,13 @@ void channel_log(channel *c, request_log *log, int number)
 
 // ---- Clocks --------------------------------------------------------------------------------------------
 
-// The first cycle of one clock that does not begin before cycle `time` of the other. Whole seconds' worth apart, so
-// that no product exceeds 64 bits.
+// The first cycle of one clock that does not begin before cycle `time` of the other. Whole seconds' worth apart where a
+// product might exceed 64 bits.
 static uint64_t convert(uint64_t time, const divisor *from, const divisor *to)
 {
-    uint64_t rest, unused;
-    uint64_t whole = divide(time, from, &rest);
+    uint64_t rest = time, whole = 0, unused;
+    if (time >= UINT64_MAX / (2 * CHANNEL_MHZ_MAX))
+        whole = divide(time, from, &rest);
     return whole * to->value + divide(rest * to->value + from->value - 1, from, &unused);
 }
 

@@ -312,12 +312,20 @@ static inline bool unit_run(clock_state *c, partition *p, int stage, uint64_t un
     return u->started > started;
 }
 
+// Whether it may have one, as long as the next unit begins nothing. A time that is known stays as it is.
+static inline bool may_run(const unit *u, uint64_t until)
+{
+    return !u->open && !u->full && (u->when <= until || u->when == NEVER);
+}
+
 // The same of all units from stage `first` on; those before it have no step. What one did may be what the one before it waits for.
 static void run_units(clock_state *c, partition *p, int first, uint64_t until)
 {
+    bool woken = false;
     for (int s = first; s < c->stage_count;) {
-        const bool ran = unit_run(c, p, s, until), waited_for = s > 0 && p->units[s - 1].full;
-        s += ran && waited_for ? -1 : 1;
+        const bool ran = (woken || may_run(&p->units[s], until)) && unit_run(c, p, s, until);
+        woken = ran && s > 0 && p->units[s - 1].full;
+        s += woken ? -1 : 1;
     }
 }
 
@@ -339,14 +347,17 @@ void partition_step(clock_state *c, partition *p)
     choose_step(p);
 }
 
-// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some. That gives steps to
-// it and to the units behind it.
+// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some. When it has moved all of a
+// stamp, that gives steps to it and to the units behind it.
 void partition_advance(clock_state *c, partition *p, uint64_t until)
 {
-    for (int first = 0; p->when <= until; first = p->next_stage) {
-        run_units(c, p, first, until);
-        choose_step(p);
-        if (p->when <= until)
-            move(c, p, &p->units[p->next_stage], p->next_stage);
+    if (p->when > until)
+        return;
+    run_units(c, p, 0, until);
+    for (choose_step(p); p->when <= until; choose_step(p)) {
+        unit *u = &p->units[p->next_stage];
+        move(c, p, u, p->next_stage);
+        if (!u->open)
+            run_units(c, p, p->next_stage, until);
     }
 }

@@ -5,7 +5,8 @@
 
 bool cache_make(cache *c, uint64_t bytes, uint64_t line_bytes, uint64_t ways)
 {
-    *c = (cache){.sets = (uint32_t)(bytes / (line_bytes * ways)), .ways = (uint32_t)ways};
+    const uint32_t sets = (uint32_t)(bytes / (line_bytes * ways));
+    *c = (cache){.sets = sets, .ways = (uint32_t)ways, .set_mask = sets & (sets - 1) ? 0 : sets - 1};
     c->lines = malloc((size_t)c->sets * c->ways * sizeof *c->lines);
     if (c->lines)
         cache_forget(c);

@@ -17,6 +17,7 @@ typedef struct cache_line {
 typedef struct cache {
     cache_line *lines;      // set * ways + way
     uint32_t sets, ways;
+    uint32_t set_mask;      // sets - 1, if that is all that `number % sets` takes; else 0
     uint64_t uses;
 } cache;
 
@@ -29,6 +30,8 @@ static inline cache_line *cache_find(const cache *cache, uint32_t slot, uint64_t
     return line->id == id ? line : NULL;
 }
 static inline void cache_use(cache *cache, cache_line *line) { line->age = ++cache->uses; }
+// Of the line of that number.
+static inline uint32_t cache_set(const cache *cache, uint32_t number) { return cache->set_mask ? number & cache->set_mask : number % cache->sets; }
 // The line that makes room: an empty one, else the least recently used. It is not emptied.
 cache_line *cache_victim(const cache *cache, uint32_t set);
 // In its place: a line of that id, with no lanes yet, which is to be used at once. Its slot.

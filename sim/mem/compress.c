@@ -1,4 +1,5 @@
-// A part of a plane goes in; the scheme, its parameters and its size in bits and quarters come out.
+// A part of a plane goes in; the scheme, its parameters and its size in bits and quarters come out. Compiled once for each vector
+// width (COMPRESS_NAME).
 //
 // All differences are modulo 2^32, and a decoder's modulo 2^bits: a plane may leave the range of codes between lanes,
 // a bad plane only makes wide differences, and no input is refused.
@@ -144,11 +145,12 @@ static void try_two_bases(int bits, const uint32_t *codes, int count, range rang
 }
 
 // Eighths of a code a lane, rounded to the nearest. A plane too steep for the stream's field is cut, and predicts
-// badly.
+// badly. Divided as doubles, which is faster and the same: a quotient below 2^36 that is no whole number is further from the next
+// one than it is rounded.
 static int32_t step_between(uint32_t from, uint32_t to, int distance, int bits)
 {
     const int64_t twice = (int64_t)(int32_t)(to - from) * (2 << FRACTION_BITS);
-    const int64_t step = (twice + (twice < 0 ? -distance : distance)) / (2 * distance);
+    const int64_t step = (int64_t)((double)(twice + (twice < 0 ? -distance : distance)) / (2 * distance));
     const int64_t limit = (int64_t)1 << (bits < 31 ? bits : 31);
     return (int32_t)(step < -limit ? -limit : step >= limit ? limit - 1 : step);
 }
@@ -238,7 +240,7 @@ static void choose_depth(format format, int bits, const uint32_t *codes, int cou
         try_plane_fill(bits, codes, count, range, best);
 }
 
-compress_choice compress_choose(format format, int bits, const uint32_t *plane, int first_lane, int lane_count)
+compress_choice COMPRESS_NAME(format format, int bits, const uint32_t *plane, int first_lane, int lane_count)
 {
     assert(lane_count > 0 && lane_count <= TILE_LANES && (lane_count & (lane_count - 1)) == 0);
     assert(first_lane >= 0 && first_lane < TILE_LANES && first_lane % lane_count == 0);
@@ -249,9 +251,4 @@ compress_choice compress_choose(format format, int bits, const uint32_t *plane, 
     else
         try_bases(format, bits, plane + first_lane, lane_count, &best);
     return best;
-}
-
-int compress_quarters(format format, int bits, const uint32_t *plane, int first_lane, int lane_count)
-{
-    return compress_choose(format, bits, plane, first_lane, lane_count).quarters;
 }

@@ -139,5 +139,5 @@ uint32_t line_set(const memory *m, const cache *cache, line_place at)
 {
     enum { PLANE_STEP = 7 };
     const plane_layout *plane = &m->planes[at.plane];
-    return (m->homes[at.tile].number * plane->parts + at.part + at.plane * PLANE_STEP) % cache->sets;
+    return cache_set(cache, m->homes[at.tile].number * plane->parts + at.part + at.plane * PLANE_STEP);
 }
