@@ -51,7 +51,7 @@ static inline uint32_t take_touches(const clock_state *c, partition *p, const st
     const line_touch *line = lines->touches[cache];
     const uint32_t first = c->first_line[cache], count = (uint32_t)lines->counts[cache];
     for (uint32_t i = 0; i < count; i++, line++) {
-        uint32_t how = (line->miss ? TOUCH_MISS : 0) | (line->replaces ? TOUCH_REPLACES : 0);
+        uint32_t how = (uint32_t)cache << TOUCH_CACHE | (line->miss ? TOUCH_MISS : 0) | (line->replaces ? TOUCH_REPLACES : 0);
         if (line->fill.bytes | line->spill.bytes) {
             how |= TOUCH_MOVES | (uint32_t)p->moves.end << TOUCH_MOVE;
             *move_at(p, (uint32_t)p->moves.end++) = (queued_move){line->fill, line->spill};

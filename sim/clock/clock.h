@@ -42,9 +42,10 @@ extern const char *const unit_names[UNIT_KINDS];  // for people (partition.c)
 // A touch of a line.
 typedef struct queued_touch {
     uint32_t line;            // in the partition's lines
-    uint32_t how;             // TOUCH_..., and the number of its transfers among the partition's from bit TOUCH_MOVE on, if it has any
+    uint32_t how;             // TOUCH_..., whose cache in two bits from TOUCH_CACHE on, and from bit TOUCH_MOVE on the number of its
+                              // transfers among the partition's, if it has any
 } queued_touch;
-enum { TOUCH_MISS = 1, TOUCH_REPLACES = 2, TOUCH_MOVES = 4, TOUCH_MOVE = 3 };
+enum { TOUCH_MISS = 1, TOUCH_REPLACES = 2, TOUCH_MOVES = 4, TOUCH_CACHE = 3, TOUCH_MOVE = 5 };
 typedef struct queued_move { transfer fill, spill; } queued_move;
 
 // A stamp on its way through one stage.
@@ -238,8 +239,16 @@ void partition_advance(clock_state *clock, partition *partition, uint64_t until)
 // What moves bytes (moves.c), at partition.now; false: it waits until unit.when.
 bool move_line(clock_state *clock, partition *partition, unit *unit, const job *job, const queued_touch *touch);
 bool move_stream(clock_state *clock, partition *partition, unit *unit, const job *job);
+// Behind stamps that were skipped the line to be replaced may have been another then, used just now, which a stamp that came at once would
+// not have met: it waits for the earliest of its set's uses instead, one use each.
+uint64_t earliest_use(const clock_state *clock, partition *partition, const queued_touch *touch, uint64_t stretch);
 // When the users of the line to be replaced have ended.
-uint64_t victim_free(const clock_state *clock, partition *partition, const queued_touch *touch, const job *job);
+static inline uint64_t victim_free(const clock_state *c, partition *p, const queued_touch *touch, const job *job)
+{
+    if (!c->stretch || c->machine->tile_based || p->used_in[touch->line] == job->stretch)
+        return p->lines[touch->line].last_use;
+    return earliest_use(c, p, touch, job->stretch);
+}
 // Requests at cycle `now`: true: taken; else *when is when to ask again.
 bool clock_write(partition *partition, uint64_t now, uint64_t address, uint32_t bytes, uint64_t *when);
 // Takes the second level's port. The cycle in which its answer is there.

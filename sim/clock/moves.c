@@ -44,17 +44,15 @@ static uint64_t fill_ready(clock_state *c, partition *p, const transfer *fill)
     return ready;
 }
 
-static access_unit cache_of(const clock_state *c, const queued_touch *touch)
+static access_unit cache_of(const queued_touch *touch)
 {
-    return touch->line < c->first_line[ACCESS_DEPTH] ? ACCESS_TEXTURE : touch->line < c->first_line[ACCESS_COLOR] ? ACCESS_DEPTH : ACCESS_COLOR;
+    return (access_unit)(touch->how >> TOUCH_CACHE & 3);
 }
 
-// Behind stamps that were skipped the line may have been another then, used just now, which a stamp that came at once would not have
-// met: it waits for the earliest of its set's uses instead, one use each.
-static uint64_t earliest_use(const clock_state *c, partition *p, const queued_touch *touch, uint64_t stretch)
+uint64_t earliest_use(const clock_state *c, partition *p, const queued_touch *touch, uint64_t stretch)
 {
     const int64_t ways[ACCESS_UNITS] = {c->machine->texture_cache_ways, c->machine->depth_cache_ways, c->machine->color_cache_ways};
-    const access_unit cache = cache_of(c, touch);
+    const access_unit cache = cache_of(touch);
     const uint32_t line = touch->line, count = (uint32_t)ways[cache], base = c->first_line[cache];
     const uint32_t first = base + (line - base) / count * count;
     uint32_t earliest = line;
@@ -64,13 +62,6 @@ static uint64_t earliest_use(const clock_state *c, partition *p, const queued_to
     const uint64_t use = p->lines[earliest].last_use;
     p->lines[earliest].last_use = p->lines[line].last_use;
     return p->lines[line].last_use = use;
-}
-
-uint64_t victim_free(const clock_state *c, partition *p, const queued_touch *touch, const job *job)
-{
-    if (!c->stretch || c->machine->tile_based || p->used_in[touch->line] == job->stretch)
-        return p->lines[touch->line].last_use;
-    return earliest_use(c, p, touch, job->stretch);
 }
 
 // The place of the pending fetch that is back first. They come back out of order: some from the second level, some after
@@ -90,7 +81,7 @@ bool move_line(clock_state *c, partition *p, unit *u, const job *job, const queu
     const queued_move *line = move_at(p, touch->how >> TOUCH_MOVE);
     statistics *s = c->statistics;
     line_state *state = &p->lines[touch->line];
-    fetches *fetches = &p->fetches[cache_of(c, touch)];
+    fetches *fetches = &p->fetches[cache_of(touch)];
     uint64_t *pending = line->fill.bytes ? first_back(c, p, fetches) : NULL;
     uint64_t when;
     if (u->step <= STEP_PENDING) {

@@ -109,7 +109,7 @@ void partition_begin(clock_state *c, partition *p)
 static bool grow(ring *r, size_t size, uint64_t oldest, uint64_t more)
 {
     enum { PLACES_AT_FIRST = 128 };  // as few as of jobs
-    const uint64_t places = later(power_above(2 * (r->end - oldest + more)), PLACES_AT_FIRST);
+    const uint64_t places = later(power_above(r->end - oldest + more), PLACES_AT_FIRST);
     char *items = aligned_alloc(PROCESSOR_LINE, places * size);
     if (!items)
         return false;

@@ -30,11 +30,6 @@ static uint8_t known_state(const memory *m, line_place at)
     return *state;
 }
 
-static uint64_t lanes_of(const memory *m, line_place at)
-{
-    return part_lanes(&m->planes[at.plane], at.part) & m->homes[at.tile].lanes;
-}
-
 // ---- The second level ----------------------------------------------------------------------------------
 
 transfer l2_write_back(memory *m, line_place at, statistics *s)
@@ -92,10 +87,9 @@ static void fetch_line(memory *m, line_place at, uint8_t state, statistics *s, t
     }
 }
 
-uint64_t complete_line(memory *m, line_place at, uint64_t valid, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
+uint64_t complete_line(memory *m, line_place at, uint64_t all, uint64_t valid, uint64_t read, uint64_t written, statistics *s, line_touch *touch)
 {
     const uint8_t state = known_state(m, at);
-    const uint64_t all = lanes_of(m, at);
     // What memory holds compressed or cleared cannot be written in part.
     const bool lacks = (read & ~valid) || (state != STATE_WHOLE && (all & ~(valid | written)));
     if (!lacks) {

@@ -87,6 +87,11 @@ static inline uint64_t part_lanes(const plane_layout *plane, uint32_t part)
 {
     return plane->first_lanes << (part << plane->part_shift);
 }
+// A line's lanes inside the image.
+static inline uint64_t lanes_of(const memory *m, line_place at)
+{
+    return part_lanes(&m->planes[at.plane], at.part) & m->homes[at.tile].lanes;
+}
 // The part of the lowest of these lanes.
 static inline uint32_t first_part(const plane_layout *plane, uint64_t lanes)
 {
@@ -102,8 +107,8 @@ uint64_t line_address(const memory *m, line_place at);
 uint32_t line_set(const memory *m, const cache *cache, line_place at);
 
 // A line of which these lanes are there is fetched if others are read, or if it cannot be written without the rest; bytes and
-// the second level are settled (fetch.c). Which lanes are there then.
-uint64_t complete_line(memory *m, line_place at, uint64_t valid, uint64_t read, uint64_t written, statistics *s, line_touch *touch);
+// the second level are settled (fetch.c). `all`: its lanes inside the image. Which lanes are there then.
+uint64_t complete_line(memory *m, line_place at, uint64_t all, uint64_t valid, uint64_t read, uint64_t written, statistics *s, line_touch *touch);
 // A changed line goes back.
 void write_line(memory *m, line_place at, uint64_t valid, uint64_t dirty, statistics *s, transfer *spill);
 
@@ -112,8 +117,9 @@ transfer l2_write_back(memory *m, line_place at, statistics *s);
 
 // A stamp's lines are looked up: m->out has the touches (touch.c).
 void touch_planes(memory *m, const stamp *stamp, statistics *s);
-// One of them that is not there, or not all of it (settle.c). `slot`: where m->slots has its slot, which is returned.
-uint32_t settle_line(memory *m, const plane_access *access, uint64_t id, uint32_t *slot, statistics *s, line_touch *touch);
+// One of them that is not there, or not all of it (settle.c). `lanes`: those inside the image; `slot`: where m->slots has its slot, which
+// is returned.
+uint32_t settle_line(memory *m, const plane_access *access, uint64_t id, uint64_t lanes, cache *cache, uint32_t *slot, statistics *s, line_touch *touch);
 
 // Tile-based (region.c).
 status region_make(memory *m);

@@ -84,7 +84,7 @@ static void touch_part(memory *m, line_place at, uint64_t read, uint64_t written
         *line = (chip_line){.there = true, .place = at};
         r->used[r->used_count++] = slot;
     }
-    line->valid = complete_line(m, at, line->valid, read, written, s, touch) | written;
+    line->valid = complete_line(m, at, lanes_of(m, at), line->valid, read, written, s, touch) | written;
     s->lines_dirtied += written && !line->dirty;
     line->dirty |= written;
     s->depth_misses += plane->unit == ACCESS_DEPTH && touch->miss;

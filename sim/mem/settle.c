@@ -22,17 +22,15 @@ static cache_line *make_room(memory *m, cache *cache, access_unit unit, line_pla
     return line;
 }
 
-uint32_t settle_line(memory *m, const plane_access *access, uint64_t id, uint32_t *slot, statistics *s, line_touch *touch)
+uint32_t settle_line(memory *m, const plane_access *access, uint64_t id, uint64_t lanes, cache *cache, uint32_t *slot, statistics *s, line_touch *touch)
 {
     const line_place at = line_of(id);
-    const uint64_t lanes = part_lanes(&m->planes[at.plane], at.part);
-    cache *cache = &m->caches[m->homes[at.tile].partition][access->unit];
     cache_line *line = cache_find(cache, *slot, id);
     if (!line) {
         line = make_room(m, cache, access->unit, at, s, touch);
         *slot = cache_put(cache, line, id);
     }
-    line->valid = complete_line(m, at, line->valid, access->read & lanes, access->written & lanes, s, touch);
+    line->valid = complete_line(m, at, lanes, line->valid, access->read & lanes, access->written & lanes, s, touch);
     if (touch->miss)
         count_miss(access->unit, s);
     return *slot;

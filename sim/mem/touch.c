@@ -21,7 +21,7 @@ static inline void touch_line(memory *m, const plane_access *access, uint64_t id
     touch->miss = touch->replaces = false;
     touch->fill.bytes = touch->fill.evicted_bytes = touch->spill.bytes = touch->spill.evicted_bytes = 0;
     if ((line->id ^ id) | (line->valid ^ lanes)) {
-        touch->slot = settle_line(m, access, id, slot, s, touch);
+        touch->slot = settle_line(m, access, id, lanes, cache, slot, s, touch);
         line = &cache->lines[touch->slot];
     }
     cache_use(cache, line);

@@ -388,6 +388,8 @@ static uint32_t lane_that_differs(const arrival *a, int plane, uint32_t componen
     for (uint32_t row = 0; row < a->tiling.tile_height; row++) {
         const tiling_run run = tiling_row(&a->tiling, tile, row);
         const uint32_t *expected = a->function->plane_values[plane] + run.sample * components;
+        if (components == 1 && memcmp(words + run.lane, expected, run.count * sizeof *words) == 0)
+            continue;
         for (uint32_t lane = run.lane; lane < run.lane + run.count; lane++)
             for (uint32_t c = 0; c < components; c++)
                 if (words[c * TILE_LANES + lane] != *expected++)

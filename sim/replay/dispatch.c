@@ -10,8 +10,9 @@ static void sum_accesses(const arrival *a, const kernel_use *use, dispatch_sum *
     sum->written = 0;
     for (int i = 0; i < use->access_count; i++) {
         const kernel_access *access = &use->accesses[i];
-        uint64_t lanes = a->log[access->instruction].executed, known = 0;
-        for (int k = 0; k < sum->access_count; k++)
+        const uint64_t lanes = a->log[access->instruction].executed;
+        uint64_t known = 0;
+        for (int k = 0; lanes && k < sum->access_count; k++)
             if (sum->accesses[k].access->group == access->group && sum->accesses[k].access->write == access->write)
                 known |= sum->accesses[k].lanes;
         if (lanes & ~known)
@@ -32,17 +33,30 @@ static void add_slots(dispatch_sum *sum, uint64_t lanes, int32_t slots)
     sum->slots[at].slots += slots;
 }
 
+// Adds to a run of instructions by the same lanes, or begins one.
+static void continue_run(dispatch_sum *sum, slot_lanes *run, uint64_t lanes, int32_t slots)
+{
+    if (run->lanes != lanes) {
+        add_slots(sum, run->lanes, run->slots);
+        *run = (slot_lanes){lanes, 0};
+    }
+    run->slots += slots;
+}
+
 // A quad that runs an instruction takes its cycles; one that only has its turn, kernel_guarded_slots.
 static void sum_slots(const arrival *a, int kernel, dispatch_sum *sum)
 {
     int count;
     const instruction *code = bound_instructions(a->bound, kernel, &count);
     const int32_t guarded = (int32_t)a->machine->kernel_guarded_slots;
+    slot_lanes active = {0, 0}, executed = {0, 0};
     sum->slot_count = 0;
     for (int i = 0; i < count; i++) {
-        add_slots(sum, a->log[i].active, guarded);
-        add_slots(sum, a->log[i].executed, (int32_t)opcode_table[code[i].op].cycles - guarded);
+        continue_run(sum, &active, a->log[i].active, guarded);
+        continue_run(sum, &executed, a->log[i].executed, (int32_t)opcode_table[code[i].op].cycles - guarded);
     }
+    add_slots(sum, active.lanes, active.slots);
+    add_slots(sum, executed.lanes, executed.slots);
 }
 
 // Lanes that an early test lets through: one whose outcome the log has not for what the shader discards. The pass writes no depth then, so

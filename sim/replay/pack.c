@@ -19,7 +19,8 @@ static uint32_t find_samples(arrival *a, const stamp_chunk *chunk, uint32_t firs
     for (uint32_t r = first; r < end; r++) {
         const stamp_record *record = &chunk->records[r];
         uint32_t *base = arrival_block(a, record->tile);
-        skip_catch_up(a, record->tile);
+        if (a->visited)
+            skip_catch_up(a, record->tile);
         for (uint64_t left = record->lanes; left; left &= left - 1)
             a->pack.at[count++] = base + __builtin_ctzll(left);
     }
