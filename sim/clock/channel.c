@@ -127,7 +127,7 @@ void channel_log(channel *c, request_log *log, int number)
 
 // The first cycle of one clock that does not begin before cycle `time` of the other. Whole seconds' worth apart where a
 // product might exceed 64 bits.
-static uint64_t convert(uint64_t time, const divisor *from, const divisor *to)
+static inline uint64_t convert(uint64_t time, const divisor *from, const divisor *to)
 {
     uint64_t rest = time, whole = 0, unused;
     if (time >= UINT64_MAX / (2 * CHANNEL_MHZ_MAX))
@@ -315,7 +315,7 @@ static request request_at(channel *c, uint64_t time, uint64_t address, uint32_t 
     };
 }
 
-static void accept(channel *c, const request *request, bool write)
+static inline void accept(channel *c, const request *request, bool write)
 {
     c->port_ready = request->cycle + 1;
     if (c->log)

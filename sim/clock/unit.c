@@ -7,6 +7,9 @@
 // sample is under way. clock.h says where steps need an order.
 #include "clock.h"
 
+// A stamp takes few instructions in a unit, so that calls on its way would cost as much as all else.
+#define INLINED static inline __attribute__((always_inline))
+
 enum { INTERLOCK_NONE, INTERLOCK_EXACT, INTERLOCK_BUCKETS };  // machine.interlock
 
 // ---- When a stamp can begin ----------------------------------------------------------------------------
@@ -73,7 +76,7 @@ static uint32_t bucket_of(const clock_state *c, uint32_t tile, int lane)
 }
 
 // When earlier operations on the same samples are done; by buckets, on quads of the same hash.
-static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, uint64_t lanes, uint64_t from)
+INLINED uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, uint64_t lanes, uint64_t from)
 {
     uint64_t done = from;
     if (c->machine->interlock == INTERLOCK_BUCKETS) {
@@ -94,7 +97,7 @@ static uint64_t interlocked(const clock_state *c, const unit *u, uint32_t tile, 
     return done;
 }
 
-static void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t lanes, uint64_t done)
+INLINED void note_flight(const clock_state *c, unit *u, uint32_t tile, uint64_t lanes, uint64_t done)
 {
     u->flights[u->flight_count++ & u->flight_mask] = (flight){tile, lanes, done};
     if (c->machine->interlock == INTERLOCK_BUCKETS)
@@ -111,7 +114,7 @@ static void note_operation(const clock_state *c, unit *u, uint64_t looked_up, ui
 }
 
 // Lines are in use until the operation ends.
-static void use_lines(const clock_state *c, partition *p, const job *job, const stage_work *work, uint64_t until)
+INLINED void use_lines(const clock_state *c, partition *p, const job *job, const stage_work *work, uint64_t until)
 {
     const uint32_t end = work->first_touch + work->touch_count;
     const uint64_t stretch = stretch_of(c, job);
@@ -122,7 +125,7 @@ static void use_lines(const clock_state *c, partition *p, const job *job, const 
 }
 
 // The stamp's operation begins at `begin`, in parts; the last lookup was made in cycle `at`.
-static inline void finish(clock_state *c, unit *u, job *job, uint64_t at, uint64_t begin, uint64_t ready)
+INLINED void finish(clock_state *c, unit *u, job *job, uint64_t at, uint64_t begin, uint64_t ready)
 {
     job->ready = ready;
     u->port_free = at + 1;
@@ -135,7 +138,7 @@ static inline void finish(clock_state *c, unit *u, job *job, uint64_t at, uint64
 }
 
 // The stamp's operation: when it begins, ends and is done. The last lookup was made in cycle `at`.
-static inline void operate(clock_state *c, partition *p, unit *u, job *job, const stage_work *work, uint64_t at, uint64_t data_ready)
+INLINED void operate(clock_state *c, partition *p, unit *u, job *job, const stage_work *work, uint64_t at, uint64_t data_ready)
 {
     const bool shades = u->kind == UNIT_SHADER_STAGE;
     const uint64_t cost = work->cost, second_cost = shades ? work->second_cost : 0, lanes = shades ? 0 : work->lanes;
@@ -169,7 +172,7 @@ static inline void operate(clock_state *c, partition *p, unit *u, job *job, cons
 }
 
 // A stamp that leaves the unit nothing to do neither waits nor keeps others waiting, so flights are done in order.
-static inline void pass_on(clock_state *c, unit *u, job *job, uint64_t at, uint64_t data_ready)
+INLINED void pass_on(clock_state *c, unit *u, job *job, uint64_t at, uint64_t data_ready)
 {
     const uint64_t begin = later(later(at, data_ready) * CYCLE_PARTS, u->operation_free);
     if (data_ready * CYCLE_PARTS > later(at * CYCLE_PARTS, u->operation_free))
@@ -181,7 +184,7 @@ static inline void pass_on(clock_state *c, unit *u, job *job, uint64_t at, uint6
 // ---- Steps ---------------------------------------------------------------------------------------------
 
 // Begins the stamp: the room that it had in the queue before is free.
-static inline void begin_stamp(clock_state *c, partition *p, unit *u, const job *job)
+INLINED void begin_stamp(clock_state *c, partition *p, unit *u, const job *job)
 {
     const uint64_t now = u->when;
     if (c->timeline)
@@ -222,7 +225,7 @@ static bool stay_at(unit *u, uint32_t touch, uint64_t when, uint64_t data_ready,
 
 // All lookups of a stamp at unit.when that can be made now, from touch number `i` on; false: the next one moves bytes and has a step
 // of its own. *at: the cycle of the last one.
-static inline bool look_up(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work, uint32_t i, uint64_t *at, uint64_t *data_ready)
+INLINED bool look_up(clock_state *c, partition *p, unit *u, const job *job, const stage_work *work, uint32_t i, uint64_t *at, uint64_t *data_ready)
 {
     const uint32_t from = i, count = work->touch_count;
     uint64_t now = u->when, ready = *data_ready;
@@ -238,9 +241,8 @@ static inline bool look_up(clock_state *c, partition *p, unit *u, const job *job
     return true;
 }
 
-// The lookups from number `i` on, the first of which is due at unit.when, and the operation, as far as no bytes move. Both callers have it
-// within their loops: a call would cost as much as what it does for most stamps.
-static inline __attribute__((always_inline)) void go_on(clock_state *c, partition *p, unit *u, int stage, job *job, uint32_t i, uint64_t data_ready)
+// The lookups from number `i` on, the first of which is due at unit.when, and the operation, as far as no bytes move.
+INLINED void go_on(clock_state *c, partition *p, unit *u, int stage, job *job, uint32_t i, uint64_t data_ready)
 {
     const stage_work *work = &job->work[stage];
     uint64_t at;

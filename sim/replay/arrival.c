@@ -372,8 +372,11 @@ status arrival_run(arrival *a, const stamp_sink *sink)
     a->nest = 0;
     for (int i = 0; i < a->program->plane_count; i++)
         a->plane_at[i] = (uint8_t)i;
-    memset(a->storage, 0, (size_t)a->storage_count * a->plan.tile_words * sizeof(uint32_t));
-    memset(a->empty_storage, 0, a->plan.tile_words * sizeof(uint32_t));
+    if (a->ran) {  // before, they are as they were made
+        memset(a->storage, 0, (size_t)a->storage_count * a->plan.tile_words * sizeof(uint32_t));
+        memset(a->empty_storage, 0, a->plan.tile_words * sizeof(uint32_t));
+    }
+    a->ran = true;
     for (int at = 0; status == STATUS_OK && at < a->program->step_count;) {
         report_progress(a->report, "passes in order of arrival", a->pass_number, a->function->geometry_passes + a->function->fullscreen_passes);
         status = run_step(a, &at);

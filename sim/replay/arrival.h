@@ -157,6 +157,7 @@ struct arrival {
     plane_access accesses[PLANE_MAX * 2];
 
     // While it runs:
+    bool ran;                       // or did before
     uint64_t condition, pass_number, iteration, passes_begun;
     int nest;
     const draw_batches *batches;

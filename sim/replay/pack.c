@@ -15,16 +15,16 @@ bool pack_has(const arrival *a, int kernel, const stamp_chunk *chunk, const stam
 // Finds each fragment's sample; returns how many there are.
 static uint32_t find_samples(arrival *a, const stamp_chunk *chunk, uint32_t first, uint32_t end)
 {
-    uint32_t count = 0;
+    uint32_t **at = a->pack.at;
     for (uint32_t r = first; r < end; r++) {
         const stamp_record *record = &chunk->records[r];
         uint32_t *base = arrival_block(a, record->tile);
         if (a->visited)
             skip_catch_up(a, record->tile);
         for (uint64_t left = record->lanes; left; left &= left - 1)
-            a->pack.at[count++] = base + __builtin_ctzll(left);
+            *at++ = base + __builtin_ctzll(left);
     }
-    return count;
+    return (uint32_t)(at - a->pack.at);
 }
 
 // What the kernel reads, but for colours.
@@ -34,7 +34,9 @@ static void gather(const arrival *a, const kernel_use *use, uint32_t count)
     for (const kernel_plane *plane = use->planes; plane < use->planes + use->plane_count; plane++) {
         const uint32_t from = a->plan.plane_offset[a->plane_at[plane->plane]];
         uint32_t *to = p->planes[plane->plane];
-        for (uint32_t i = 0; plane->read && !plane->color && i < count; i++)
+        if (!plane->read || plane->color)
+            continue;
+        for (uint32_t i = 0; i < count; i++)
             to[i] = p->at[i][from];
     }
 }
