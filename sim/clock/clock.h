@@ -86,6 +86,7 @@ enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVIC
 
 typedef struct unit {
     unit_kind kind;
+    uint8_t stage;            // its place among the partition's
     bool last;                // of the pass's stages
     bool lists;               // it is the one that appends to and reads lists
     bool full;                // the next stamp finds no room, and when it will is not known

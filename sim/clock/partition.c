@@ -96,7 +96,7 @@ void partition_begin(clock_state *c, partition *p)
         const unit_kind kind = c->stages[s];
         *u = (unit){.kind = kind, .partition = (int)(p - c->partitions), .when = NEVER, .window = window_of(c->machine, kind),
                     .latency = (uint64_t)(kind == UNIT_SHADER_STAGE ? c->machine->shader_latency_cycles : c->machine->rop_latency_cycles),
-                    .last = s + 1 == c->stage_count, .lists = kind == UNIT_KERNEL_STAGE || (s == c->stage_count - 1 && kind == UNIT_COLOR_STAGE),
+                    .stage = (uint8_t)s, .last = s + 1 == c->stage_count, .lists = kind == UNIT_KERNEL_STAGE || (s == c->stage_count - 1 && kind == UNIT_COLOR_STAGE),
                     .last_step = start, .port_free = start, .operation_free = start * CYCLE_PARTS, .second_free = start * CYCLE_PARTS,
                     .begun = old.begun, .begun_mask = s ? power_above(p->units[s - 1].window + 1) - 1 : 0,
                     .operations = old.operations, .flights = old.flights, .flight_mask = old.flight_mask, .buckets = old.buckets};

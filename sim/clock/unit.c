@@ -20,9 +20,9 @@ static job *job_at(const partition *p, uint64_t number)
 }
 
 // Stamps that have arrived, or will at a known time.
-static inline uint64_t arrived(const partition *p, int stage)
+static inline uint64_t arrived(const partition *p, const unit *u)
 {
-    return stage ? p->units[stage - 1].started - p->units[stage - 1].open : p->pushed;
+    return u->stage ? u[-1].started - u[-1].open : p->pushed;
 }
 
 // When a stamp finds room in the shader, which counts quads; a stamp of more than it holds has it alone. NEVER: not known yet.
@@ -242,9 +242,9 @@ INLINED bool look_up(clock_state *c, partition *p, unit *u, const job *job, cons
 }
 
 // The lookups from number `i` on, the first of which is due at unit.when, and the operation, as far as no bytes move.
-INLINED void go_on(clock_state *c, partition *p, unit *u, int stage, job *job, uint32_t i, uint64_t data_ready)
+INLINED void go_on(clock_state *c, partition *p, unit *u, job *job, uint32_t i, uint64_t data_ready)
 {
-    const stage_work *work = &job->work[stage];
+    const stage_work *work = &job->work[u->stage];
     uint64_t at;
     if (!(work->cost | (u->kind == UNIT_SHADER_STAGE ? work->second_cost : 0) | work->touch_count))
         pass_on(c, u, job, u->when, data_ready);
@@ -253,20 +253,20 @@ INLINED void go_on(clock_state *c, partition *p, unit *u, int stage, job *job, u
 }
 
 // Begins the next stamp at unit.when, and does all that can be done at once.
-static inline void begin_next(clock_state *c, partition *p, unit *u, int stage, job *job)
+static inline void begin_next(clock_state *c, partition *p, unit *u, job *job)
 {
     begin_stamp(c, p, u, job);
     if (u->lists && (job->stream_written || job->stream_read))
         stay_at(u, 0, u->when, 0, STEP_STREAM);
     else
-        go_on(c, p, u, stage, job, 0, 0);
+        go_on(c, p, u, job, 0, 0);
 }
 
 // What moves bytes of the stamp at hand, at unit.when, and what follows without.
-static void move(clock_state *c, partition *p, unit *u, int stage)
+static void move(clock_state *c, partition *p, unit *u)
 {
     job *job = job_at(p, u->started - 1);
-    const stage_work *work = &job->work[stage];
+    const stage_work *work = &job->work[u->stage];
     const queued_touch *touch = touch_at(p, work->first_touch + u->touch);
     p->now = u->last_step = u->when;
     if (u->step == STEP_STREAM && !move_stream(c, p, u, job))
@@ -277,26 +277,24 @@ static void move(clock_state *c, partition *p, unit *u, int stage)
         u->when += ++u->touch < work->touch_count;
     }
     u->open = false;
-    go_on(c, p, u, stage, job, u->touch, u->data_ready);
+    go_on(c, p, u, job, u->touch, u->data_ready);
 }
 
 // Sets unit.when.
-static void unit_look(partition *p, int stage)
+static void unit_look(partition *p, unit *u)
 {
-    unit *u = &p->units[stage];
     if (u->open)
         return;
     u->when = NEVER;
     u->full = false;
-    if (u->started < arrived(p, stage))
+    if (u->started < arrived(p, u))
         unit_next(p, u, job_at(p, u->started));
 }
 
 // All steps up to cycle `until` that move no bytes; whether there was one. Sets unit.when.
-static inline bool unit_run(clock_state *c, partition *p, int stage, uint64_t until)
+static bool unit_run(clock_state *c, partition *p, unit *u, uint64_t until)
 {
-    unit *u = &p->units[stage];
-    const uint64_t started = u->started, end = arrived(p, stage);
+    const uint64_t started = u->started, end = arrived(p, u);
     uint64_t waited = 0;
     while (!u->open && u->started < end) {
         job *job = job_at(p, u->started);
@@ -304,7 +302,7 @@ static inline bool unit_run(clock_state *c, partition *p, int stage, uint64_t un
         if (u->when > until)
             break;
         waited += u->when - u->could;
-        begin_next(c, p, u, stage, job);
+        begin_next(c, p, u, job);
     }
     if (!u->open && u->started == end) {
         u->when = NEVER;
@@ -325,7 +323,7 @@ static void run_units(clock_state *c, partition *p, int first, uint64_t until)
 {
     bool woken = false;
     for (int s = first; s < c->stage_count;) {
-        const bool ran = (woken || may_run(&p->units[s], until)) && unit_run(c, p, s, until);
+        const bool ran = (woken || may_run(&p->units[s], until)) && unit_run(c, p, &p->units[s], until);
         woken = ran && s > 0 && p->units[s - 1].full;
         s += woken ? -1 : 1;
     }
@@ -335,17 +333,16 @@ void partition_step(clock_state *c, partition *p)
 {
     const uint64_t due = p->when;
     for (int s = 0; s < c->stage_count; s++)
-        unit_look(p, s);
+        unit_look(p, &p->units[s]);
     choose_step(p);
     if (p->when > due)
         return;
-    const int stage = p->next_stage;
-    unit *u = &p->units[stage];
-    unit_run(c, p, stage, due);  // one step, if any: a stamp takes a cycle at least
+    unit *u = &p->units[p->next_stage];
+    unit_run(c, p, u, due);  // one step, if any: a stamp takes a cycle at least
     if (u->open && u->when == due)
-        move(c, p, u, stage);
+        move(c, p, u);
     for (int s = 0; s < c->stage_count; s++)
-        unit_look(p, s);
+        unit_look(p, &p->units[s]);
     choose_step(p);
 }
 
@@ -358,7 +355,7 @@ void partition_advance(clock_state *c, partition *p, uint64_t until)
     run_units(c, p, 0, until);
     for (choose_step(p); p->when <= until; choose_step(p)) {
         unit *u = &p->units[p->next_stage];
-        move(c, p, u, p->next_stage);
+        move(c, p, u);
         if (!u->open)
             run_units(c, p, p->next_stage, until);
     }
