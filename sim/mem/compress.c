@@ -183,13 +183,20 @@ static void plane_rise(int32_t step_x, int32_t step_y, uint32_t rise[TILE_LANES]
     }
 }
 
-// Offers the plane through `lanes`; the others have the code `fill`, if there are others.
-static void try_plane(int bits, const uint32_t *codes, int count, uint64_t lanes, const uint32_t *fill, bool near,
+typedef struct plane_steps {
+    int32_t x, y;
+} plane_steps;
+
+static plane_steps find_steps(const uint32_t *codes, uint64_t lanes, bool near, int bits)
+{
+    return (plane_steps){find_step(codes, lanes, false, near, bits), find_step(codes, lanes, true, near, bits)};
+}
+
+// Offers the plane of these steps through `lanes`; the others have the code `fill`, if there are others.
+static void try_plane(int bits, const uint32_t *codes, int count, uint64_t lanes, const uint32_t *fill, plane_steps steps,
                       compress_choice *best)
 {
-    compress_choice offer = {.scheme = fill == NULL ? COMPRESS_PLANE : COMPRESS_PLANE_FILL};
-    offer.step_x = find_step(codes, lanes, false, near, bits);
-    offer.step_y = find_step(codes, lanes, true, near, bits);
+    compress_choice offer = {.scheme = fill == NULL ? COMPRESS_PLANE : COMPRESS_PLANE_FILL, .step_x = steps.x, .step_y = steps.y};
     uint32_t rise[TILE_LANES];
     plane_rise(offer.step_x, offer.step_y, rise);
 
@@ -225,15 +232,19 @@ static void try_plane_fill(int bits, const uint32_t *codes, int count, range ran
     for (int i = count - 1; i >= 0; i--)
         lanes = lanes << 1 | (codes[i] != fill);
     if (lanes != 0)
-        try_plane(bits, codes, count, lanes, &fill, false, best);
+        try_plane(bits, codes, count, lanes, &fill, find_steps(codes, lanes, false, bits), best);
 }
 
 static void choose_depth(format format, int bits, const uint32_t *codes, int count, compress_choice *best)
 {
     const range range = try_bases(format, bits, codes, count, best);
     const uint64_t lanes = ~0ull >> (TILE_LANES - count);
-    for (int near = 0; near < 2 && best->quarters > 1; near++)
-        try_plane(bits, codes, count, lanes, NULL, near, best);
+    if (best->quarters > 1) {
+        const plane_steps far = find_steps(codes, lanes, false, bits), near = find_steps(codes, lanes, true, bits);
+        try_plane(bits, codes, count, lanes, NULL, far, best);
+        if (best->quarters > 1 && (near.x != far.x || near.y != far.y))
+            try_plane(bits, codes, count, lanes, NULL, near, best);
+    }
     if (best->quarters > 1)
         try_two_bases(bits, codes, count, range, best);
     if (best->quarters > 1)

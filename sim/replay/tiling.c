@@ -31,7 +31,10 @@ tiling_run tiling_row(const tiling *tiling, uint32_t tile, uint32_t row)
 
 uint64_t tiling_valid_lanes(const tiling *tiling, uint32_t tile)
 {
+    const uint32_t right = (tile % tiling->columns + 1) << tiling->shift_x, bottom = (tile / tiling->columns + 1) << tiling->shift_y;
     uint64_t lanes = 0;
+    if (right <= tiling->image_width && bottom <= tiling->image_height)
+        return UINT64_MAX;
     for (uint32_t row = 0; row < tiling->tile_height; row++) {
         const tiling_run run = tiling_row(tiling, tile, row);
         lanes |= run.count ? UINT64_MAX >> (TILE_LANES - run.count) << run.lane : 0;
