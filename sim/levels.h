@@ -144,7 +144,7 @@ typedef enum stamp_phase {
     PHASE_MEASURE,  // the same, and measured for all stamps of the pass but its head
 } stamp_phase;
 typedef struct sampling {
-    uint32_t head, warm, lead, window, period;  // stamps; head: the fewest
+    uint32_t head, warm, lead, window, period;  // stamps; head, lead: the fewest
     uint64_t seed;
 } sampling;
 

@@ -21,6 +21,7 @@ typedef struct sampler {
     uint32_t window_count, window_capacity;
     uint64_t head_stamps, head_waiting;  // of the head; those of them in queues at its end
     double variances[STATISTIC_COUNT + 1];  // of the sum over all passes so far; the last: of memory bytes read and written
+    double inferred[STATISTIC_COUNT + 1];   // of those sums, what comes from windows and varies between them
     uint64_t freedom;            // degrees of
 } sampler;
 

@@ -57,9 +57,9 @@ typedef struct phase_plan {
     stamp_phase phase;              // at hand
     uint64_t until;                 // the stamp with which another one begins
     uint64_t head;                  // stamps of the head, once it has ended
-    uint64_t filled_stamps, filled_quads;  // that came to units so far
+    uint64_t looked, filled_stamps, filled_quads;  // stamps looked at so far, and what of them came to units
     uint64_t strata, stratum;       // how many; the number of the one at hand
-    uint64_t window, window_start;  // stamps of a window; of the stratum at hand
+    uint64_t window, window_start, lead;  // stamps of a window; of the stratum at hand
     bool whole;                     // a pass that has no windows however long
     stamp_phase told;               // that the sink knows of, and
     uint64_t told_stratum;          // of which stratum

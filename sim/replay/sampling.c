@@ -1,11 +1,12 @@
 // Which stamps of a pass are looked at: its head, then windows at random places, one in each stratum.
 //
-// The head is as long as queues take to fill; the pass's last stamps are a lead, so that its drain is met with units and caches filled.
+// The head is as long as queues take to fill, and so are leads; the pass's last stamps are a lead, so that its drain is met with units
+// and caches filled.
 #include "arrival.h"
 
 sampling sampling_default(void)
 {
-    return (sampling){.head = 256, .warm = 4096, .lead = 1024, .window = 512, .period = 8192, .seed = 1};
+    return (sampling){.head = 256, .warm = 8192, .lead = 2048, .window = 512, .period = 8192, .seed = 1};
 }
 
 // A random number below `below` from the seed, the pass and the stratum (splitmix64).
@@ -38,9 +39,28 @@ static uint64_t stratum_start(const phase_plan *p, uint64_t number)
     return p->head + behind / p->strata * number + behind % p->strata * number / p->strata;
 }
 
+enum { FILL_MOST = 4096 };  // stamps of a head or a lead: where most are discarded queues need not fill at all
+
+// Room in all queues of units.
+static uint64_t room_for_quads(const machine *m) { return (uint64_t)m->partitions * (uint64_t)m->shader_queue; }
+static uint64_t room_for_stamps(const machine *m) { return (uint64_t)m->partitions * (uint64_t)(m->raster_queue + m->depth_queue + m->color_queue); }
+
+// Stamps that fill all queues, by those of the pass that were looked at so far. What waits for units at a window's start came to them
+// since; of what a lead finds there, nothing is left.
+static uint64_t lead_length(const arrival *a)
+{
+    const phase_plan *p = &a->plan_of_phases;
+    const uint64_t least = a->options.sampling->lead, most = least < FILL_MOST ? FILL_MOST : least;
+    const uint64_t quads = p->filled_quads ? room_for_quads(a->machine) * p->looked / p->filled_quads : most;
+    const uint64_t stamps = p->filled_stamps ? room_for_stamps(a->machine) * p->looked / p->filled_stamps : most;
+    const uint64_t length = quads > stamps ? quads : stamps;
+    return length < least ? least : length < most ? length : most;
+}
+
 static void place_window(arrival *a)
 {
     phase_plan *p = &a->plan_of_phases;
+    p->lead = lead_length(a);
     const uint64_t start = stratum_start(p, p->stratum), end = stratum_start(p, p->stratum + 1);
     p->window_start = p->stratum < p->strata ? start + draw_place(a, end - start - p->window + 1) : p->stamps;
 }
@@ -53,25 +73,22 @@ void phases_begin(arrival *a, uint64_t stamps)
 
 void phases_fill(arrival *a, const stamp *stamp)
 {
+    a->plan_of_phases.looked++;
     a->plan_of_phases.filled_stamps += !stamp->hierarchical;
     a->plan_of_phases.filled_quads += stamp->hierarchical ? 0 : stamp->quads;
 }
 
-// The head ends when stamps came that fill all queues: until then the rasterizer runs ahead at a speed of its own. Where most
-// stamps are discarded queues need not fill at all.
+// The head ends when stamps came that fill all queues: until then the rasterizer runs ahead at a speed of its own.
 static void end_head(arrival *a)
 {
-    enum { HEAD_MOST = 4096 };
     phase_plan *p = &a->plan_of_phases;
     const machine *m = a->machine;
     const sampling *s = a->options.sampling;
-    const uint64_t parts = (uint64_t)m->partitions;
-    const bool full = p->filled_quads >= parts * (uint64_t)m->shader_queue &&
-                      p->filled_stamps >= parts * (uint64_t)(m->raster_queue + m->depth_queue + m->color_queue);
-    if (p->whole || m->tile_based || p->at < s->head || (!full && p->at < HEAD_MOST))
+    const bool full = p->filled_quads >= room_for_quads(m) && p->filled_stamps >= room_for_stamps(m);
+    if (p->whole || m->tile_based || p->at < s->head || (!full && p->at < FILL_MOST))
         return;
     // Windows, their leads and the pass's end must be worth it; else the rest is measured, too.
-    if (p->stamps < p->at + 4ull * (s->lead + s->window))
+    if (p->stamps < p->at + 8 * (lead_length(a) + s->window))
         return;
     p->head = p->until = p->at;
     cut(a);
@@ -87,7 +104,7 @@ static void next_phase(arrival *a)
         p->stratum++;
         place_window(a);
     }
-    const uint64_t start = p->window_start, lead = start - p->at < s->lead ? p->at : start - s->lead;
+    const uint64_t start = p->window_start, lead = start - p->at < p->lead ? p->at : start - p->lead;
     const uint64_t warm = lead - p->at < s->warm ? p->at : lead - s->warm;
     p->phase = p->at < warm ? PHASE_SKIP : p->at < lead ? PHASE_WARM : p->at < start ? PHASE_LEAD : PHASE_MEASURE;
     p->until = p->at < warm ? warm : p->at < lead ? lead : p->at < start ? start : start + p->window;

@@ -88,7 +88,7 @@ static void test_whole_passes_are_exact(void **state)
 static void test_seed_decides(void **state)
 {
     (void)state;
-    record("scene:soup", 256);
+    record("scene:soup,count=5000,size=0.2", 256);
     bed b = make("coherent_layer_peel_a", "g80");
     sampling sampling = sampling_default();
     detail_result *one = run(&b, DETAIL_SAMPLED, &sampling), *again = run(&b, DETAIL_SAMPLED, &sampling);
@@ -111,8 +111,8 @@ static void test_seed_decides(void **state)
 // classes; and where stamps do not fit the memory and are read anew for each pass.
 static void test_passed_over_runs_all_the_same(void **state)
 {
-    static const char *const programs[][2] = {{"item_buffer", "programmable"}, {"hybrid_layer_peel", "g80"}, {"weighted_average", "modern"}};
-    static const char *const scenes[] = {"scene:soup", "scene:slices_cone,slices=8,grid=8"};
+    static const char *const programs[][2] = {{"item_buffer", "programmable"}, {"hybrid_layer_peel", "g80"}, {"weighted_average", "tiny"}};
+    static const char *const scenes[] = {"scene:soup,count=12000,size=0.1", "scene:slices_cone,slices=8,grid=8"};
     (void)state;
     record_options options;
     record_defaults(&options);
@@ -142,36 +142,38 @@ static int seeds(void)
 // windows are few.
 static void test_intervals_cover(void **state)
 {
-    static const char *const scenes[] = {"scene:soup", "scene:slices_cone,slices=24,grid=8"};
-    static const char *const programs[][2] = {{"layer_peel", "g80"}, {"coherent_layer_peel_a", "g80"}, {"fused_coherent_layer_peel", "programmable"}};
+    static const char soup[] = "scene:soup,count=5000,size=0.2", slices[] = "scene:slices_cone,slices=24,grid=8";
+    static const char *const rows[][3] = {{soup, "layer_peel", "g80"},
+                                          {soup, "coherent_layer_peel_a", "g80"},
+                                          {slices, "layer_peel", "g80"},
+                                          {slices, "coherent_layer_peel_a", "g80"},
+                                          {slices, "fused_coherent_layer_peel", "programmable"}};
     const int count = getenv("ROPSIM_SAMPLED_SEEDS") ? atoi(getenv("ROPSIM_SAMPLED_SEEDS")) : seeds();
     int covered = 0, all = 0;
     (void)state;
-    for (int s = 0; s < 2; s++) {
-        record(scenes[s], 256);
-        for (int p = 0; p < 3; p++) {
-            bed b = make(programs[p][0], programs[p][1]);
-            detail_result *cycle = run(&b, DETAIL_CYCLE, NULL);
-            const double truth = (double)cycle->total.cycles;
-            double mean = 0;
-            int here = 0;
-            for (int i = 0; i < count; i++) {
-                sampling sampling = sampling_default();
-                sampling.seed = (uint64_t)i + 1;
-                detail_result *sampled = run(&b, DETAIL_SAMPLED, &sampling);
-                const double error = fabs((double)sampled->total.cycles - truth);
-                mean += 100 * error / truth / count;
-                here += error <= sampled->half_widths[STAT_INDEX_cycles];
-                detail_destroy(sampled);
-            }
-            print_message("%s with %s: %d of %d seeds cover, mean error %.2f %%\n", scenes[s], programs[p][0], here, count, mean);
-            if (count >= 8)
-                assert_true(mean < 3);
-            covered += here;
-            all += count;
-            detail_destroy(cycle);
-            drop(&b);
+    for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
+        record(rows[r][0], 256);
+        bed b = make(rows[r][1], rows[r][2]);
+        detail_result *cycle = run(&b, DETAIL_CYCLE, NULL);
+        const double truth = (double)cycle->total.cycles;
+        double mean = 0;
+        int here = 0;
+        for (int i = 0; i < count; i++) {
+            sampling sampling = sampling_default();
+            sampling.seed = (uint64_t)i + 1;
+            detail_result *sampled = run(&b, DETAIL_SAMPLED, &sampling);
+            const double error = fabs((double)sampled->total.cycles - truth);
+            mean += 100 * error / truth / count;
+            here += error <= sampled->half_widths[STAT_INDEX_cycles];
+            detail_destroy(sampled);
         }
+        print_message("%s with %s: %d of %d seeds cover, mean error %.2f %%\n", rows[r][0], rows[r][1], here, count, mean);
+        if (count >= 8)
+            assert_true(mean < 3);
+        covered += here;
+        all += count;
+        detail_destroy(cycle);
+        drop(&b);
     }
     if (count >= 8)
         assert_true(10 * covered >= 9 * all);
