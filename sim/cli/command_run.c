@@ -123,7 +123,7 @@ static bool check_words(run_words *words)
     if (words->sampling.given && words->level != DETAIL_SAMPLED)
         return refuse("--sample-every, --sample-window and --seed want --detail sampled");
     if (words->csv && words->level == DETAIL_FUNCTION)
-        return refuse("--csv wants --detail traffic or --detail cycle");
+        return refuse("--csv wants --detail traffic, cycle or sampled");
     if (words->timeline && words->level != DETAIL_CYCLE)
         return refuse("--timeline wants --detail cycle");
     if (words->requests && words->level != DETAIL_CYCLE)

@@ -50,7 +50,7 @@ for format in dramsim3 ramulator ramulator2; do
 done
 
 run 2 '--detail is `cycles`, but must be function, traffic, cycle or sampled' --detail cycles
-run 2 "--csv wants --detail traffic or --detail cycle" --csv "$work/no.csv"
+run 2 "--csv wants --detail traffic, cycle or sampled" --csv "$work/no.csv"
 run 2 "--timeline wants --detail cycle" --timeline "$work/no.json"
 run 2 "--timeline wants --detail cycle" --detail traffic --timeline "$work/no.json"
 run 2 "--requests wants --detail cycle" --detail traffic --requests "$work/no.txt"
