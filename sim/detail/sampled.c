@@ -130,8 +130,8 @@ static bool by_units(int i)
 // `felt`: by how many stamps of all that arrive time changes if queues grow by one.
 typedef struct stamp_sums { double arrive, begin, arrived, begun, felt; } stamp_sums;
 
-// Stamps that the rasterizer discarded wait in no queue; and where it never waits for queues, time does not depend on them. Where most are discarded, work comes in bursts: the mean stamp then
-// tells nothing of those that wait.
+// Stamps that the rasterizer discarded wait in no queue; and where it never waits for queues, time does not depend on them. Where most are
+// discarded, work comes in bursts: the mean stamp then tells nothing of those that wait.
 static double felt_growth(const sampler *s)
 {
     double arrived = 0, queued = 0, cycles = 0, blocked = 0;
@@ -178,6 +178,7 @@ static void estimate(detail *d, uint64_t stamps, uint64_t waiting)
         for (uint32_t w = 0; w < s->window_count; w++)
             sum += value_of(&s->windows[w].statistics, i);
         const double each = sum / (begun ? sums.begun : sums.arrived);  // a stamp
+        const double inferred = each * (begun ? sums.begin : sums.arrive);
         for (uint32_t w = 0; w < s->window_count; w++) {
             const double value = value_of(&s->windows[w].statistics, i) + (begun ? each * sums.felt * s->windows[w].waiting : 0);
             squares += w ? (value - last) * (value - last) : 0;
@@ -185,11 +186,11 @@ static void estimate(detail *d, uint64_t stamps, uint64_t waiting)
         }
         const double scale = sums.arrive / sums.arrived;
         if (i < STATISTIC_COUNT)
-            values(&d->record.statistics)[i] += (uint64_t)llround(each * (begun ? sums.begin : sums.arrive));
+            values(&d->record.statistics)[i] += (uint64_t)llround(inferred);
         if (s->window_count > 1)
             s->variances[i] += scale * scale * m * squares / (2 * (m - 1)) * (1 - 1 / scale);
         if (squares > 0)
-            s->inferred[i] += each * (begun ? sums.begin : sums.arrive);
+            s->inferred[i] += inferred;
     }
     s->freedom += s->window_count - 1;
 }
@@ -275,7 +276,7 @@ static double quantile(uint64_t freedom)
 }
 
 // By how much of what is inferred from windows a lead may have left it wrong, the same way in all windows: no difference between
-// them shows it. The largest found on traces long enough to tell (docs/accuracy.md) is 0.7 %.
+// them shows it. The largest found in cycles (docs/accuracy.md) is 0.6 %.
 static const double ALLOWANCE = 0.01;
 
 static double half_width(const sampler *s, int i)

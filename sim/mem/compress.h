@@ -36,6 +36,6 @@ typedef struct compress_choice {
 // The same decision in full. The first scheme that comes down to one quarter is taken, else the least size.
 typedef compress_choice compress_chooser(format format, int bits, const uint32_t *plane, int first_lane, int lane_count);
 compress_chooser compress_choose;
-extern compress_chooser compress_16, compress_32, compress_64;  // of vectors of so many bytes, the same (compress_select.c)
+extern compress_chooser compress_16, compress_32;  // of vectors of so many bytes, the same (compress_select.c)
 
 #endif

@@ -4,8 +4,6 @@
 // own, and a description of all like it is a few masks.
 #include "arrival.h"
 
-#include <string.h>
-
 static void find_written(const arrival *a, lane_deeds *deeds)
 {
     uint32_t known = 0;

@@ -84,12 +84,6 @@ static status each_by_region(arrival *a, const step *step, stamp_body *body)
     return status;
 }
 
-// What a step's kernel reads of a block: places in its storage, those of colours behind all others.
-typedef struct block_reads {
-    uint32_t offsets[4 * PLANE_MAX];
-    int plain_count, count;
-} block_reads;
-
 static void add_reads(const arrival *a, const kernel_use *use, bool colors, block_reads *reads)
 {
     for (const kernel_plane *plane = use->planes; plane < use->planes + use->plane_count; plane++)
@@ -97,22 +91,22 @@ static void add_reads(const arrival *a, const kernel_use *use, bool colors, bloc
             reads->offsets[reads->count++] = a->plan.plane_offset[a->plane_at[plane->plane]] + c * TILE_LANES;
 }
 
-static block_reads find_reads(const arrival *a, const step *step)
+static void find_reads(arrival *a, const step *step)
 {
-    block_reads reads = {.count = 0};
+    block_reads *reads = &a->reads;
+    reads->plain_count = reads->count = 0;
     if (step->kind != STEP_DRAW)
-        return reads;
-    add_reads(a, &a->uses[step->kernel], false, &reads);
-    reads.plain_count = reads.count;
-    add_reads(a, &a->uses[step->kernel], true, &reads);
-    return reads;
+        return;
+    add_reads(a, &a->uses[step->kernel], false, reads);
+    reads->plain_count = reads->count;
+    add_reads(a, &a->uses[step->kernel], true, reads);
 }
 
 // Asks for what the kernel will read of a stamp's planes: triangles in the order of a mesh jump from block to block, and planes
 // of a whole image do not fit a near cache. Of colours few are read as a rule.
-static void prefetch(const arrival *a, const block_reads *reads, const stamp_record *record)
+static void prefetch(const arrival *a, const stamp_record *record)
 {
-    enum { LINE_WORDS = 16 };
+    const block_reads *reads = &a->reads;
     const int first = __builtin_ctzll(record->lanes), last = 63 - __builtin_clzll(record->lanes);
     const uint32_t *block = arrival_block(a, record->tile);
     const int count = a->pack.reads_colors ? reads->count : reads->plain_count;
@@ -120,7 +114,7 @@ static void prefetch(const arrival *a, const block_reads *reads, const stamp_rec
         a->sink->ahead(a->sink->user, record->tile);
     for (int i = 0; i < count; i++)
         __builtin_prefetch(block + reads->offsets[i] + first);
-    for (int i = 0; first / LINE_WORDS != last / LINE_WORDS && i < count; i++)
+    for (int i = 0; first / PREFETCH_WORDS != last / PREFETCH_WORDS && i < count; i++)
         __builtin_prefetch(block + reads->offsets[i] + last);
 }
 
@@ -151,7 +145,7 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
     if (a->options.region_pixels)
         return each_by_region(a, step, body);
     status status = stamps_rewind(&a->stamps);
-    const block_reads reads = find_reads(a, step);
+    find_reads(a, step);
     for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;) {
         const bool all = draws_all(a, step, chunk);
         skip_begin(a, step, chunk);
@@ -161,7 +155,7 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
             if (i == chunk->count)
                 break;
             if (step->kind == STEP_DRAW && i + STAMPS_AHEAD < chunk->count && !phases_skip(a))
-                prefetch(a, &reads, &chunk->records[i + STAMPS_AHEAD]);
+                prefetch(a, &chunk->records[i + STAMPS_AHEAD]);
             if (all || draws_class(a, step, chunk->records[i].draw))
                 status = take_stamp(a, step, chunk, i, body);
         }

@@ -50,6 +50,13 @@ typedef struct clip_limits {
     depth_range ranges[CLIP_MAX];   // of what it holds them against
 } clip_limits;
 
+// What a pass's kernel reads of a block: places in its storage, those of colours behind all others.
+typedef struct block_reads {
+    uint32_t offsets[4 * PLANE_MAX];
+    int plain_count, count;
+} block_reads;
+enum { PREFETCH_WORDS = 16 };       // that come to the processor's cache at once
+
 // Which stamps of the pass at hand are looked at (sampling.c).
 typedef struct phase_plan {
     uint64_t stamps, at;            // of the pass; the next one's number
@@ -141,6 +148,7 @@ struct arrival {
     lane_deeds deeds;               // of a lane of that
     uint32_t *lanes_of_columns;     // dense columns spread over lanes
     block_range *ranges;            // of each block
+    block_reads reads;              // of the pass at hand
     stamp_pack pack;
     const stamp_sink *sink;
     phase_plan plan_of_phases;

@@ -190,16 +190,14 @@ status skip_pass_by(arrival *a, uint32_t tile, uint32_t number)
 static void prefetch(const arrival *a, uint32_t tile)
 {
     const block_order *blocks = &a->visited->blocks;
-    const kernel_use *use = &a->uses[a->visit_step->kernel];
+    const uint32_t *block = arrival_block(a, tile);
     const uint32_t first = blocks->starts[tile];
     if (first == blocks->starts[tile + 1])
         return;
     __builtin_prefetch(&blocks->stamps[first]);
-    for (int i = 0; i < use->plane_count; i++) {
-        const uint32_t *plane = arrival_plane(a, a->plane_at[use->planes[i].plane], tile);
-        for (int lane = 0; lane < TILE_LANES && use->planes[i].read && !use->planes[i].color; lane += 16)
-            __builtin_prefetch(plane + lane);
-    }
+    for (int i = 0; i < a->reads.plain_count; i++)
+        for (int lane = 0; lane < TILE_LANES; lane += PREFETCH_WORDS)
+            __builtin_prefetch(block + a->reads.offsets[i] + lane);
 }
 
 status skip_end(arrival *a)

@@ -295,7 +295,7 @@ void columns_encode(columns *columns, const block *block, int depth_bits, uint8_
         planes = encode_values(columns->guides, block->rgba[c], count, 4, planes);
 }
 
-static const uint8_t *decode_places(const uint8_t *planes, block *block)
+const uint8_t *columns_decode_places(const uint8_t *planes, block *block)
 {
     const uint32_t count = block->count;
     planes = unpack_2(planes, count, block->x);
@@ -307,15 +307,10 @@ static const uint8_t *decode_places(const uint8_t *planes, block *block)
     return planes;
 }
 
-void columns_decode_places(const uint8_t *planes, block *block)
-{
-    decode_places(planes, block);
-}
-
 void columns_decode(columns *columns, const uint8_t *planes, int depth_bits, block *block)
 {
     const uint32_t count = block->count;
-    planes = decode_places(planes, block);
+    planes = columns_decode_places(planes, block);
     planes = unpack_4(planes, count, block->primitive);
     sum_up(block->primitive, count, 4);
     void *const depth = depth_bits == 64 ? (void *)block->depth : columns->depth_floats;

@@ -12,7 +12,7 @@ columns *columns_create(void);
 size_t columns_bytes(uint32_t count, int depth_bits);
 void columns_encode(columns *columns, const block *block, int depth_bits, uint8_t *planes);
 // Fills a block of block->count fragments. Any bytes decode to some block: check it with block_check.
-void columns_decode_places(const uint8_t *planes, block *block);  // x, y and sample alone
+const uint8_t *columns_decode_places(const uint8_t *planes, block *block);  // x, y and sample alone; the planes behind them
 void columns_decode(columns *columns, const uint8_t *planes, int depth_bits, block *block);
 
 #endif

@@ -155,7 +155,9 @@ static bool comes_back(const block *block, int first, int count, int seen[4])
 {
     const int raw = count * block->bits;
     const compress_choice choice = compress_choose(block->format, block->bits, block->plane, first, count);
-    if (compress_quarters(block->format, block->bits, block->plane, first, count) != choice.quarters)
+    const compress_choice narrow = compress_16(block->format, block->bits, block->plane, first, count);
+    if (compress_quarters(block->format, block->bits, block->plane, first, count) != choice.quarters || narrow.scheme != choice.scheme ||
+        narrow.size_bits != choice.size_bits || narrow.step_x != choice.step_x || narrow.step_y != choice.step_y)
         return false;
     if (choice.quarters == 4)
         return choice.size_bits == raw;
