@@ -159,7 +159,7 @@ struct arrival {
     const step *visit_step;
     uint64_t visit;
     uint32_t position;              // of the stamp at hand in that chunk
-    bool warming;                   // stamps from number warm_first on are to be shown to caches
+    bool warming;                   // stamps from number warm_first on may be shown to caches
     uint32_t warm_first, *warm_blocks;
     uint64_t warm_visit, *warm_seen;  // of each block, the visit it was seen in last
     plane_access accesses[PLANE_MAX * 2];
@@ -275,7 +275,7 @@ void skip_catch_up(arrival *arrival, uint32_t tile);
 status skip_end(arrival *arrival);
 block_cursor *skip_cursor(arrival *arrival, uint32_t tile);
 void skip_columns(const arrival *arrival, const block_batch *stamps, batch *batch);  // points at those that the kernel reads
-// Sampling (warm.c): stamps from warm_first on, up to number `end`, are shown to caches.
+// Sampling (warm.c): of the stamps from warm_first on, up to number `end`, as many of the last as fill caches are shown to them.
 status warm_make(arrival *arrival);
 void warm_free(arrival *arrival);
 status warm_run(arrival *arrival, uint32_t end);

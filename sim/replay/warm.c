@@ -53,15 +53,23 @@ static status warm_block(arrival *a, uint32_t tile, uint32_t first, uint32_t end
     return status;
 }
 
+// Blocks enough to fill every cache, at a line each, twice: some touch nothing. What was touched before them has been replaced.
+static uint64_t blocks_that_fill(const machine *m)
+{
+    int64_t most = m->texture_cache_bytes > m->depth_cache_bytes ? m->texture_cache_bytes : m->depth_cache_bytes;
+    most = m->color_cache_bytes > most ? m->color_cache_bytes : most;
+    return 2 * (uint64_t)((most * m->partitions + m->l2_bytes) / m->line_bytes);
+}
+
 status warm_run(arrival *a, uint32_t end)
 {
-    const uint32_t first = a->warm_first;
-    uint32_t count = 0;
+    const uint64_t enough = blocks_that_fill(a->machine);
+    uint32_t count = 0, first = end;
     status status = STATUS_OK;
     a->warm_visit++;
     a->warming = false;
-    for (uint32_t r = end; r-- > first;) {
-        const stamp_record *record = &a->visited->records[r];
+    while (first > a->warm_first && count < enough) {
+        const stamp_record *record = &a->visited->records[--first];
         if (a->warm_seen[record->tile] == a->warm_visit || !draws_class(a, a->visit_step, record->draw))
             continue;
         a->warm_seen[record->tile] = a->warm_visit;
