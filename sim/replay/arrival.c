@@ -104,7 +104,7 @@ static void find_reads(arrival *a, const step *step)
 
 // Asks for what the kernel will read of a stamp's planes: triangles in the order of a mesh jump from block to block, and planes
 // of a whole image do not fit a near cache. Of colours few are read as a rule.
-static void prefetch(const arrival *a, const stamp_record *record)
+static void prefetch(arrival *a, const stamp_record *record)
 {
     const block_reads *reads = &a->reads;
     const int first = __builtin_ctzll(record->lanes), last = 63 - __builtin_clzll(record->lanes);
@@ -112,6 +112,7 @@ static void prefetch(const arrival *a, const stamp_record *record)
     const int count = a->pack.reads_colors ? reads->count : reads->plain_count;
     if (a->sink->ahead)
         a->sink->ahead(a->sink->user, record->tile);
+    skip_ahead(a, record->tile);
     for (int i = 0; i < count; i++)
         __builtin_prefetch(block + reads->offsets[i] + first);
     for (int i = 0; first / PREFETCH_WORDS != last / PREFETCH_WORDS && i < count; i++)

@@ -272,6 +272,7 @@ void skip_forget(arrival *arrival);  // what is known of blocks: another run beg
 void skip_begin(arrival *arrival, const step *step, const stamp_chunk *chunk);
 status skip_pass_by(arrival *arrival, uint32_t tile, uint32_t number);
 void skip_catch_up(arrival *arrival, uint32_t tile);
+void skip_ahead(arrival *arrival, uint32_t tile);  // asks for what finding a block's next stamp reads
 status skip_end(arrival *arrival);
 block_cursor *skip_cursor(arrival *arrival, uint32_t tile);
 void skip_columns(const arrival *arrival, const block_batch *stamps, batch *batch);  // points at those that the kernel reads

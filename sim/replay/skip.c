@@ -186,15 +186,20 @@ status skip_pass_by(arrival *a, uint32_t tile, uint32_t number)
     return status;
 }
 
+void skip_ahead(arrival *a, uint32_t tile)
+{
+    if (a->visited)
+        __builtin_prefetch(&a->visited->blocks.stamps[skip_cursor(a, tile)->next]);
+}
+
 // Asks for what running a block's stamps will read first.
-static void prefetch(const arrival *a, uint32_t tile)
+static void prefetch(arrival *a, uint32_t tile)
 {
     const block_order *blocks = &a->visited->blocks;
     const uint32_t *block = arrival_block(a, tile);
-    const uint32_t first = blocks->starts[tile];
-    if (first == blocks->starts[tile + 1])
+    if (skip_cursor(a, tile)->next == blocks->starts[tile + 1])
         return;
-    __builtin_prefetch(&blocks->stamps[first]);
+    skip_ahead(a, tile);
     for (int i = 0; i < a->reads.plain_count; i++)
         for (int lane = 0; lane < TILE_LANES; lane += PREFETCH_WORDS)
             __builtin_prefetch(block + a->reads.offsets[i] + lane);

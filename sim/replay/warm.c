@@ -6,6 +6,8 @@
 
 #include <stdlib.h>
 
+enum { BLOCKS_AHEAD = 8 };  // whose stamps are asked for before they are run
+
 status warm_make(arrival *a)
 {
     a->warm_blocks = malloc(a->tiling.tile_count * sizeof *a->warm_blocks);
@@ -75,7 +77,10 @@ status warm_run(arrival *a, uint32_t end)
         a->warm_seen[record->tile] = a->warm_visit;
         a->warm_blocks[count++] = record->tile;
     }
-    while (status == STATUS_OK && count)
+    while (status == STATUS_OK && count) {
+        if (count > BLOCKS_AHEAD)
+            skip_ahead(a, a->warm_blocks[count - 1 - BLOCKS_AHEAD]);
         status = warm_block(a, a->warm_blocks[--count], first, end);
+    }
     return status;
 }
