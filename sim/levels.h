@@ -161,6 +161,9 @@ typedef struct stamp_sink {
 } stamp_sink;
 
 
+// A trace as stamps, read once for the levels that share it. Levels take turns with it.
+typedef struct stamps stamps;
+
 typedef struct arrival arrival;
 typedef struct arrival_options {
     uint64_t memory_bytes;        // budget of stamps in memory; 0: 4 GiB. A trace that needs more is read anew for each pass
@@ -170,7 +173,16 @@ typedef struct arrival_options {
     bool hierarchical, early;     // the machine's
     bool apart;                   // each stamp is dispatched for itself: the same comes out, later
     const sampling *sampling;     // NULL: every stamp is told
+    stamps *stamps;               // NULL, or what stamps_read made of the trace with these options: it is not read again
 } arrival_options;
+
+// Reads what the replay of a program in order of arrival needs. `trace` must outlive it. Free with stamps_destroy.
+status stamps_read(const program *program, const machine *machine, trace *trace, const arrival_options *options, const report *report,
+                   stamps **stamps);
+void stamps_destroy(stamps *stamps);  // NULL is fine
+// replay_run without reading the trace once more, if `read` (NULL: it is) has all of it.
+status replay_run_on(const program *program, const machine *machine, trace *trace, const stamps *read, const run_options *options,
+                     const report *report, run_result **result);
 
 // Prepares the replay of a program pass by pass, in order of arrival. `function`: the result of replay_run with
 // log_conditions on the same program, machine and trace: it settles how often loops run. All must outlive the arrival.
@@ -333,11 +345,16 @@ typedef struct detail_options {
     uint64_t memory_bytes;
     const uint8_t *tiles;       // as arrival_options
     const sampling *sampling;   // DETAIL_SAMPLED: NULL: sampling_default
+    stamps *stamps;             // NULL, or what detail_read made with these options
 } detail_options;
 
 // One stamp in 16, and seed 1.
 sampling sampling_default(void);
 
+// Reads the trace for the level and for replay_run_on, where one reading serves both (sampled); else *stamps is NULL. Any number of runs on
+// this program, machine and trace may use it. Free with stamps_destroy.
+status detail_read(const program *program, const machine *machine, trace *trace, const detail_options *options, const report *report,
+                   stamps **stamps);
 // `function` as for arrival_create, with keep_planes where tiles is NULL. Conservation is checked in every run.
 status detail_run(const program *program, const machine *machine, trace *trace, const run_result *function,
                   const detail_options *options, const report *report, detail_result **result);

@@ -138,7 +138,7 @@ static bool check_words(run_words *words)
 }
 
 static status run_detail(const run_words *words, const program *program, const machine *machine, trace *trace,
-                         const run_result *function, detail_result **detail)
+                         const run_result *function, const detail_options *without_files, detail_result **detail)
 {
     timeline *timeline = NULL;
     status status = STATUS_OK;
@@ -151,13 +151,8 @@ static status run_detail(const run_words *words, const program *program, const m
         .requests_format = words->requests ? words->requests_format : NULL,
         .timeline = timeline,
     };
-    const sampling sampling = sampling_words_get(&words->sampling);
-    const detail_options options = {
-        .level = words->level,
-        .sampling = &sampling,
-        .clock = &files,
-        .memory_bytes = words->options.memory_bytes,
-    };
+    detail_options options = *without_files;
+    options.clock = &files;
     status = detail_run(program, machine, trace, function, &options, &command_report, detail);
     if (status != STATUS_OK)
         timeline_discard(timeline);
@@ -193,19 +188,24 @@ static status run(const run_words *words, const machine *machine)
     detail_result *detail = NULL;
     run_options options = words->options;
     options.keep_planes = options.log_conditions = words->level != DETAIL_FUNCTION;
+    const sampling sampling = sampling_words_get(&words->sampling);
+    detail_options detail_options = {.level = words->level, .sampling = &sampling, .memory_bytes = options.memory_bytes};
     status status = trace_open(words->trace, &command_report, &trace);
     if (status == STATUS_OK)
         status = command_load_program(words->program, machine, &program);
     if (status == STATUS_OK)
-        status = replay_run(program, machine, trace, &options, &command_report, &result);
+        status = detail_read(program, machine, trace, &detail_options, &command_report, &detail_options.stamps);
+    if (status == STATUS_OK)
+        status = replay_run_on(program, machine, trace, detail_options.stamps, &options, &command_report, &result);
     if (status == STATUS_OK && result->iteration_limit_reached)
         report_warning(&command_report, "a repeat was stopped at the limit of iterations; the image is not finished");
     if (status == STATUS_OK && words->level != DETAIL_FUNCTION)
-        status = run_detail(words, program, machine, trace, result, &detail);
+        status = run_detail(words, program, machine, trace, result, &detail_options, &detail);
     if (status == STATUS_OK)
         status = write_results(words, machine, result, detail);
     detail_destroy(detail);
     result_destroy(result);
+    stamps_destroy(detail_options.stamps);
     program_destroy(program);
     trace_close(trace);
     return status;

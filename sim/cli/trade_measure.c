@@ -39,16 +39,15 @@ static bool send(int pipe, const trade_figures *figures)
 }
 
 // One run at a deeper level; `before`: CPU seconds that it needs besides its own.
-static status run_level(const program *program, const trade_row *row, trace *trace, const run_result *function, detail_level level,
-                        const sampling *sampling, double before, int pipe)
+static status run_level(const program *program, const trade_row *row, trace *trace, const run_result *function, const detail_options *options,
+                        double before, int pipe)
 {
     trade_figures figures = {.visits = function->fragments_replayed};
     detail_result *detail = NULL;
-    const detail_options options = {.level = level, .sampling = sampling};
     const double start = seconds_used(&figures.peak_mib);
     status status = STATUS_OK;
-    if (level != DETAIL_FUNCTION)
-        status = detail_run(program, row->machine, trace, function, &options, &command_report, &detail);
+    if (options->level != DETAIL_FUNCTION)
+        status = detail_run(program, row->machine, trace, function, options, &command_report, &detail);
     if (status != STATUS_OK)
         return status;
     figures.cpu_seconds = before + seconds_used(&figures.peak_mib) - start;
@@ -71,6 +70,8 @@ static status work(const trade_row *row, detail_level level, const sampling *fir
     const run_options options = {.threads = 1, .occlusion_ratio = -1, .keep_planes = level != DETAIL_FUNCTION,
                                  .log_conditions = level != DETAIL_FUNCTION};
     const int runs = level == DETAIL_SAMPLED ? row->seed_count : 1;
+    sampling sampling = *first;
+    detail_options detail_options = {.level = level, .sampling = &sampling};
     double peak;
     program *program = NULL;
     trace *trace = NULL;
@@ -79,14 +80,16 @@ static status work(const trade_row *row, detail_level level, const sampling *fir
     if (status == STATUS_OK)
         status = command_load_program(row->program, row->machine, &program);
     if (status == STATUS_OK)
-        status = replay_run(program, row->machine, trace, &options, &command_report, &function);
+        status = detail_read(program, row->machine, trace, &detail_options, &command_report, &detail_options.stamps);
+    if (status == STATUS_OK)
+        status = replay_run_on(program, row->machine, trace, detail_options.stamps, &options, &command_report, &function);
     const double before = seconds_used(&peak);
     for (int i = 0; status == STATUS_OK && i < runs; i++) {
-        sampling sampling = *first;
-        sampling.seed += (uint64_t)i;
-        status = run_level(program, row, trace, function, level, &sampling, before, pipe);
+        sampling.seed = first->seed + (uint64_t)i;
+        status = run_level(program, row, trace, function, &detail_options, before, pipe);
     }
     result_destroy(function);
+    stamps_destroy(detail_options.stamps);
     program_destroy(program);
     trace_close(trace);
     return status;

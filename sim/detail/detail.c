@@ -158,15 +158,37 @@ static status drain(detail *d)
 
 // ---- The run -------------------------------------------------------------------------------------------
 
+static sampling sampling_of(const detail_options *options)
+{
+    return options->sampling ? *options->sampling : sampling_default();
+}
+
+static arrival_options arrival_options_of(const machine *m, const detail_options *options, const sampling *sampling)
+{
+    return (arrival_options){.memory_bytes = options->memory_bytes,
+                             .region_pixels = m->tile_based ? (uint32_t)m->region_pixels : 0,
+                             .tiles = options->tiles,
+                             .sampling = options->level == DETAIL_SAMPLED ? sampling : NULL,
+                             .stamps = options->stamps,
+                             .hierarchical = m->hierarchical_depth,
+                             .early = m->early_depth};
+}
+
+status detail_read(const program *program, const machine *machine, trace *trace, const detail_options *options, const report *report,
+                   stamps **stamps)
+{
+    const sampling sampling = sampling_of(options);
+    const arrival_options arrival_options = arrival_options_of(machine, options, &sampling);
+    *stamps = NULL;
+    if (options->level != DETAIL_SAMPLED || machine->tile_based)
+        return STATUS_OK;
+    return stamps_read(program, machine, trace, &arrival_options, report, stamps);
+}
+
 static status make_models(detail *d, const program *program, trace *trace, const run_result *function, const detail_options *options)
 {
     const machine *m = d->machine;
-    const arrival_options arrival_options = {.memory_bytes = options->memory_bytes,
-                                             .region_pixels = m->tile_based ? (uint32_t)m->region_pixels : 0,
-                                             .tiles = options->tiles,
-                                             .sampling = d->sampler ? &d->result->sampling : NULL,
-                                             .hierarchical = m->hierarchical_depth,
-                                             .early = m->early_depth};
+    const arrival_options arrival_options = arrival_options_of(m, options, &d->result->sampling);
     uint32_t slots[ACCESS_UNITS];
     status status = arrival_create(program, m, trace, function, &arrival_options, d->report, &d->arrival);
     if (status == STATUS_OK)
@@ -236,7 +258,7 @@ status detail_run(const program *program, const machine *machine, trace *trace, 
         return report_error(report, STATUS_IO, "out of memory");
     if (options->level == DETAIL_SAMPLED) {
         d.sampler = &sampler;
-        d.result->sampling = options->sampling ? *options->sampling : sampling_default();
+        d.result->sampling = sampling_of(options);
     }
     status status = make_models(&d, program, trace, function, options);
     if (status == STATUS_OK)

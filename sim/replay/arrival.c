@@ -17,12 +17,12 @@ bool draws_class(const arrival *a, const step *step, uint32_t draw)
 {
     if (step->classes == DRAW_BATCH)
         return a->batches->batches[a->batch].draws[draw];
-    return step->classes >> trace_get_info(a->stamps.trace)->draws[draw].class & 1;
+    return step->classes >> trace_get_info(a->stamps->trace)->draws[draw].class & 1;
 }
 
 status begin_pass(arrival *a, pass_kind kind, const char *name, bool numbered, const step *step, const kernel_use *use)
 {
-    const trace_info *info = trace_get_info(a->stamps.trace);
+    const trace_info *info = trace_get_info(a->stamps->trace);
     pass_info pass = {.kind = kind, .iteration = a->iteration};
     snprintf(pass.name, sizeof pass.name, "%s", name);
     a->pass_number += numbered;
@@ -32,9 +32,9 @@ status begin_pass(arrival *a, pass_kind kind, const char *name, bool numbered, c
             continue;
         pass.triangles += info->draws[d].triangles;
         pass.vertices += info->draws[d].vertices;
-        pass.primitives += a->stamps.primitives[d];
-        pass.stamps += a->stamps.counts[d];
-        pass.binned += a->options.region_pixels ? a->stamps.region_pairs[d] : 0;
+        pass.primitives += a->stamps->primitives[d];
+        pass.stamps += a->stamps->counts[d];
+        pass.binned += a->options.region_pixels ? a->stamps->region_pairs[d] : 0;
     }
     if (use) {
         pass.free_kernel = use->free_kernel;
@@ -73,7 +73,7 @@ static status take_stamp(arrival *a, const step *step, const stamp_chunk *chunk,
 
 static status each_by_region(arrival *a, const step *step, stamp_body *body)
 {
-    const stamps *s = &a->stamps;
+    const stamps *s = a->stamps;
     status status = STATUS_OK;
     for (uint64_t i = 0; status == STATUS_OK && i < s->stamp_count; i++) {
         const stamp_place place = s->by_region[i];
@@ -145,9 +145,9 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
 {
     if (a->options.region_pixels)
         return each_by_region(a, step, body);
-    status status = stamps_rewind(&a->stamps);
+    status status = stamps_rewind(a->stamps);
     find_reads(a, step);
-    for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(&a->stamps, &chunk)) == STATUS_OK && chunk;) {
+    for (const stamp_chunk *chunk; status == STATUS_OK && (status = stamps_next(a->stamps, &chunk)) == STATUS_OK && chunk;) {
         const bool all = draws_all(a, step, chunk);
         skip_begin(a, step, chunk);
         for (uint32_t i = 0; status == STATUS_OK && i < chunk->count; i++) {

@@ -133,7 +133,8 @@ struct arrival {
     plan plan;
     execute_kernel *execute;
     tiling tiling;
-    stamps stamps;
+    stamps *stamps;
+    bool owns_stamps;
     kernel_use uses[KERNEL_MAX];
     frame frame;
     uint32_t *storage, *empty_storage;

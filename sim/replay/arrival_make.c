@@ -23,7 +23,7 @@ static void describe_frame(arrival *a)
     a->frame = (frame){.width = t->image_width, .height = t->image_height, .samples = t->samples, .tile_width = t->tile_width,
                        .tile_height = t->tile_height, .columns = t->columns, .rows = t->rows, .tile_count = t->tile_count,
                        .quad_corners = t->quad_corners,
-                       .plane_count = a->program->plane_count, .draw_count = trace_get_info(a->stamps.trace)->draw_count,
+                       .plane_count = a->program->plane_count, .draw_count = trace_get_info(a->stamps->trace)->draw_count,
                        .contents = contents, .user = a};
     for (int i = 0; i < a->program->plane_count; i++) {
         memcpy(a->frame.plane_names[i], a->program->planes[i].name, NAME_SIZE);
@@ -32,30 +32,46 @@ static void describe_frame(arrival *a)
     }
 }
 
-// Depth formats that `list` steps compare with, without an instruction that says so.
-static uint32_t list_formats(const arrival *a)
+static stamp_request stamps_wanted(const program *program, const bound_program *bound, const machine *machine, const arrival_options *options)
 {
-    uint32_t formats = 0;
-    for (int s = 0; s < a->program->step_count; s++)
-        if (a->program->steps[s].kind == STEP_LIST)
-            formats |= 1u << bound_plane_format(a->bound, a->program->steps[s].source);
-    return formats;
+    const uint32_t lists = list_depth_formats(program, bound);
+    return (stamp_request){
+        .depth_formats = bound_depth_formats(bound) | lists,
+        .range_format = machine->depth_format,
+        .color = lists || bound_reads(bound, SOURCE_FRAGMENT_COLOR) || bound_reads(bound, SOURCE_FRAGMENT_PREMUL),
+        .primitive = bound_reads(bound, SOURCE_PRIMITIVE),
+        .memory_bytes = options->memory_bytes ? options->memory_bytes : DEFAULT_MEMORY,
+        .tiles = options->tiles,
+        .region_pixels = options->region_pixels,
+        .blocks = options->sampling && !options->region_pixels,
+    };
 }
 
-static status make_stamps(arrival *a, trace *trace)
+status stamps_read(const program *program, const machine *machine, trace *trace, const arrival_options *options, const report *report,
+                   stamps **stamps)
 {
-    const uint32_t lists = list_formats(a);
-    const stamp_request request = {
-        .depth_formats = bound_depth_formats(a->bound) | lists,
-        .range_format = a->machine->depth_format,
-        .color = lists || bound_reads(a->bound, SOURCE_FRAGMENT_COLOR) || bound_reads(a->bound, SOURCE_FRAGMENT_PREMUL),
-        .primitive = bound_reads(a->bound, SOURCE_PRIMITIVE),
-        .memory_bytes = a->options.memory_bytes ? a->options.memory_bytes : DEFAULT_MEMORY,
-        .tiles = a->options.tiles,
-        .region_pixels = a->options.region_pixels,
-        .blocks = a->options.sampling && !a->options.region_pixels,
-    };
-    return stamps_make(trace, &a->tiling, &request, a->report, &a->stamps);
+    const trace_info *info = trace_get_info(trace);
+    rop_limits limits;
+    bound_program *bound;
+    *stamps = NULL;
+    machine_limits(machine, &limits);
+    status status = bind_program(program, &limits, info->reversed_depth, info->background, report, &bound);
+    if (status != STATUS_OK)
+        return status;
+    const stamp_request request = stamps_wanted(program, bound, machine, options);
+    status = stamps_make(trace, &request, report, stamps);
+    bound_destroy(bound);
+    return status;
+}
+
+static status take_stamps(arrival *a, trace *trace)
+{
+    a->stamps = a->options.stamps;
+    a->owns_stamps = !a->stamps;
+    if (!a->owns_stamps)
+        return STATUS_OK;
+    const stamp_request request = stamps_wanted(a->program, a->bound, a->machine, &a->options);
+    return stamps_make(trace, &request, a->report, &a->stamps);
 }
 
 static status make_planes(arrival *a)
@@ -65,7 +81,7 @@ static status make_planes(arrival *a)
     if (!a->storage_of_tile)
         return refuse_memory(a);
     for (uint32_t t = 0; t < tiles; t++)
-        a->storage_of_tile[t] = a->stamps.touched[t] ? a->storage_count++ : UINT32_MAX;
+        a->storage_of_tile[t] = a->stamps->touched[t] ? a->storage_count++ : UINT32_MAX;
     const size_t tile_bytes = (size_t)a->plan.tile_words * sizeof(uint32_t);
     a->storage = storage_make((size_t)a->storage_count * a->plan.tile_words);
     a->empty_storage = storage_make(a->plan.tile_words);
@@ -87,16 +103,16 @@ static status make_planes(arrival *a)
 static status order_frame(arrival *a)
 {
     const uint32_t tiles = a->tiling.tile_count;
-    const uint32_t regions = stamps_region(&a->stamps, tiles - 1) + 1;
+    const uint32_t regions = stamps_region(a->stamps, tiles - 1) + 1;
     uint32_t *starts = calloc((size_t)regions + 1, sizeof *starts);
     a->frame_order = malloc((size_t)tiles * sizeof *a->frame_order);
     if (starts && a->frame_order) {
         for (uint32_t t = 0; t < tiles; t++)
-            starts[stamps_region(&a->stamps, t) + 1]++;
+            starts[stamps_region(a->stamps, t) + 1]++;
         for (uint32_t r = 0; r < regions; r++)
             starts[r + 1] += starts[r];
         for (uint32_t t = 0; t < tiles; t++)
-            a->frame_order[starts[stamps_region(&a->stamps, t)]++] = t;
+            a->frame_order[starts[stamps_region(a->stamps, t)]++] = t;
     }
     free(starts);
     return starts && a->frame_order ? STATUS_OK : refuse_memory(a);
@@ -125,7 +141,7 @@ status arrival_create(const program *program, const machine *machine, trace *tra
     if (status == STATUS_OK)
         status = kernel_use_find(program, a->bound, machine, report, a->uses);
     if (status == STATUS_OK)
-        status = make_stamps(a, trace);
+        status = take_stamps(a, trace);
     if (status == STATUS_OK)
         status = make_planes(a);
     if (status == STATUS_OK && options->sampling)
@@ -150,7 +166,8 @@ void arrival_destroy(arrival *a)
     for (int k = 0; k < KERNEL_MAX; k++)
         free(a->uses[k].accesses);
     bound_destroy(a->bound);
-    stamps_free(&a->stamps);
+    if (a->owns_stamps)
+        stamps_destroy(a->stamps);
     free(a->storage_of_tile);
     free(a->storage);
     free(a->empty_storage);

@@ -261,6 +261,10 @@ void bins_free(bins *bins)
 {
     free(bins->bins);
     free(bins->batches);
+    if (bins->shared) {
+        memset(bins, 0, sizeof *bins);
+        return;
+    }
     for (int f = 0; f < FORMAT_COUNT; f++)
         free(bins->codes[f]);
     for (int c = 0; c < 4; c++)

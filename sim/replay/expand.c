@@ -1,4 +1,4 @@
-// Dense batches in, 64 lanes out. A full batch is used where it lies. Others are spread over lanes once a
+// Dense batches in, 64 lanes out. A full batch, and one of 64 places, is used where it lies. Others are spread over lanes once a
 // visit of a tile and kept, as long as the tile's batches fit a second-level cache; a tile runs all its passes
 // over them. What does not fit is spread anew for each pass.
 #include "expand.h"
@@ -95,7 +95,7 @@ const batch *expander_batch(expander *e, uint32_t r, uint64_t lanes)
 {
     const bin_batch *from = &e->bins->batches[e->bin->first_batch + r];
     e->batch.lanes = lanes;
-    if (from->lanes == UINT64_MAX) {
+    if (e->bins->shared || from->lanes == UINT64_MAX) {
         point_at(e, from, NULL, false);
         return &e->batch;
     }

@@ -15,6 +15,15 @@ bool plan_stops_after(const plan *plan, const step *step, uint64_t *passes)
     return pass && plan->stop_after_pass && *passes == plan->stop_after_pass;
 }
 
+uint32_t list_depth_formats(const program *program, const bound_program *bound)
+{
+    uint32_t formats = 0;
+    for (int s = 0; s < program->step_count; s++)
+        if (program->steps[s].kind == STEP_LIST)
+            formats |= 1u << bound_plane_format(bound, program->steps[s].source);
+    return formats;
+}
+
 status plan_make(plan *plan, const program *program, const bound_program *bound, const report *report)
 {
     plan->program = program;

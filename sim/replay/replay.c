@@ -1,21 +1,13 @@
 // A program, a machine and a trace in, a run_result out: what a run needs is set up here, and freed again.
 #include "run.h"
 
+#include "stamps.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 static const uint64_t DEFAULT_MEMORY = 4ull << 30;
 static const uint64_t IMAGE_MEMORY_FREE = 1ull << 28;  // an image may take this much, however small the budget of the bins is
-
-// `list` steps compare the fragment's depth as well, without an instruction that says so.
-static uint32_t list_depth_formats(const plan *plan)
-{
-    uint32_t formats = 0;
-    for (int s = 0; s < plan->program->step_count; s++)
-        if (plan->program->steps[s].kind == STEP_LIST)
-            formats |= 1u << bound_plane_format(plan->bound, plan->program->steps[s].source);
-    return formats;
-}
 
 static void set_limits(replay *r)
 {
@@ -29,7 +21,7 @@ static void set_limits(replay *r)
     r->plan.stop_after_pass = options->stop_after_pass;
     r->plan.threshold_while = (uint64_t)(ratio * samples);
     r->request = (bin_request){
-        .depth_formats = bound_depth_formats(r->plan.bound) | list_depth_formats(&r->plan),
+        .depth_formats = bound_depth_formats(r->plan.bound) | list_depth_formats(program, r->plan.bound),
         .primitive = bound_reads(r->plan.bound, SOURCE_PRIMITIVE),
         .depth = options->reference,
         .draw = r->plan.has_batches,
@@ -62,6 +54,13 @@ static status check_image(const replay *r)
                         (unsigned long long)(budget >> 20));
 }
 
+// What is asked of fragments that stamps do not have: their exact depth, and draws of several classes in a batch. Lists take
+// each sample's fragments from batch after batch.
+static bool can_share(const replay *r, const program *program)
+{
+    return r->read && bins_can_share(r->read) && !r->options->reference && !r->plan.has_batches && !list_depth_formats(program, r->plan.bound);
+}
+
 static status run_bound(replay *r, const program *program, const bound_program *bound, const machine *machine)
 {
     status status = plan_make(&r->plan, program, bound, r->report);
@@ -69,7 +68,9 @@ static status run_bound(replay *r, const program *program, const bound_program *
         status = report_error(r->report, STATUS_USAGE, "vectors of %d bytes: this processor or build has none", r->options->vector_bytes);
     if (status == STATUS_OK)
         status = check_image(r);
-    if (status == STATUS_OK)
+    if (status == STATUS_OK && can_share(r, program))
+        status = bins_share(r->read, r->report, &r->counts, &r->bins);
+    else if (status == STATUS_OK)
         status = bins_count(r->trace, &r->tiling, r->plan.has_batches, r->report, &r->counts);
     if (status == STATUS_OK)
         status = make_batches(r, machine->depth_format);
@@ -103,6 +104,12 @@ static void release(replay *r)
 status replay_run(const program *program, const machine *machine, trace *trace, const run_options *options,
                   const report *report, run_result **result)
 {
+    return replay_run_on(program, machine, trace, NULL, options, report, result);
+}
+
+status replay_run_on(const program *program, const machine *machine, trace *trace, const stamps *read, const run_options *options,
+                     const report *report, run_result **result)
+{
     *result = NULL;
     rop_limits limits;
     machine_limits(machine, &limits);
@@ -114,7 +121,7 @@ status replay_run(const program *program, const machine *machine, trace *trace, 
     status = bind_program(program, &limits, info->reversed_depth, info->background, report, &bound);
     if (status != STATUS_OK)
         return status;
-    replay r = {.trace = trace, .info = info, .report = report, .options = options};
+    replay r = {.trace = trace, .info = info, .report = report, .options = options, .read = read};
     tiling_init(&r.tiling, info);
     r.result = calloc(1, sizeof *r.result);
     status = r.result ? run_bound(&r, program, bound, machine) : report_error(report, STATUS_IO, "out of memory");

@@ -59,6 +59,7 @@ typedef struct bins {
     float *rgba[4];
     uint32_t *primitive;               // if asked for
     double *depth;                     // if asked for
+    bool shared;                       // columns are of others (bins_share.c) and have 64 places a batch: a lane's is offset + lane
 } bins;
 
 typedef struct bin_request {
@@ -135,6 +136,7 @@ uint32_t *storage_make(size_t words);
 
 // Whether the schedule ends after this step, `*passes` of which lay before it; counts it.
 bool plan_stops_after(const plan *plan, const step *step, uint64_t *passes);
+uint32_t list_depth_formats(const program *program, const bound_program *bound);  // bit f: that `list` steps compare with, without an instruction that says so
 status plan_make(plan *plan, const program *program, const bound_program *bound, const report *report);
 
 // A tile between two runs: its place in the schedule and what its planes hold.

@@ -137,7 +137,7 @@ status each_band(replay *r, band_body *body)
 {
     status status = STATUS_OK;
     for (uint32_t first = 0, end; status == STATUS_OK && first < r->tiling.tile_count; first = end) {
-        end = bins_band_end(&r->tiling, &r->counts, &r->request, first);
+        end = r->bins.shared ? r->tiling.tile_count : bins_band_end(&r->tiling, &r->counts, &r->request, first);
         r->whole = first == 0 && end == r->tiling.tile_count;
         status = body(r, first, end);
     }

@@ -10,6 +10,7 @@ typedef struct replay {
     const trace_info *info;
     const report *report;
     const run_options *options;
+    const struct stamps *read;  // NULL, or the trace as a deeper level has read it
     tiling tiling;
     sample_counts counts;
     bin_request request;

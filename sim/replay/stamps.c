@@ -47,7 +47,7 @@ static status refuse_memory(const report *report)
 
 uint32_t stamps_region(const stamps *s, uint32_t tile)
 {
-    const tiling *t = s->tiling;
+    const tiling *t = &s->tiling;
     const uint32_t columns = (t->image_width + s->request.region_pixels - 1) / s->request.region_pixels;
     const uint32_t x = (tile % t->columns << t->shift_x) / s->request.region_pixels;
     const uint32_t y = (tile / t->columns << t->shift_y) / s->request.region_pixels;
@@ -56,7 +56,7 @@ uint32_t stamps_region(const stamps *s, uint32_t tile)
 
 static uint32_t region_count(const stamps *s)
 {
-    return s->request.region_pixels ? stamps_region(s, s->tiling->tile_count - 1) + 1 : 0;
+    return s->request.region_pixels ? stamps_region(s, s->tiling.tile_count - 1) + 1 : 0;
 }
 
 // Room for `length` elements of `size` bytes; false: none.
@@ -137,7 +137,7 @@ static void pack_record(stamp_pending *p, bool first, stamp_record *record)
 
 static void put_records(const stamps *s, stamp_pending *p, stamp_chunk *chunk)
 {
-    const tiling *t = s->tiling;
+    const tiling *t = &s->tiling;
     const stamp_record *last = chunk->count ? &chunk->records[chunk->count - 1] : NULL;
     const uint32_t begun = last ? last->begun + last->begins_primitive : 0;
     uint64_t offset = chunk->fragment_count;
@@ -263,12 +263,19 @@ static bool add_fragment(stamps *s, const tiling *tiling, const fragments *run, 
     return true;
 }
 
+// In order of blocks one chunk takes the whole trace, if the budget does.
+static bool full(const stamps *s, const stamp_chunk *chunk)
+{
+    const bool fits = s->request.blocks && s->whole && 2 * chunk_bytes(&s->request, chunk) <= s->request.memory_bytes;
+    return chunk->fragment_count >= CHUNK_FRAGMENTS && !fits;
+}
+
 // Reads on until the chunk is full or the trace ends.
 static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
 {
     const uint64_t total = trace_get_info(s->trace)->fragment_count;
-    const tiling tiling = *s->tiling;  // a copy that nothing written here can change
-    while (!s->ended && chunk->fragment_count < CHUNK_FRAGMENTS) {
+    const tiling tiling = s->tiling;  // a copy that nothing written here can change
+    while (!s->ended && !full(s, chunk)) {
         fragments run;
         const status status = trace_next(s->trace, &run);
         if (status != STATUS_OK)
@@ -280,9 +287,9 @@ static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
         if (s->ended && !end_primitive(s, chunk, counting))
             return refuse_memory(s->report);
         if (counting)
-            report_progress(s->report, "reading stamps", chunk->fragment_count + (uint64_t)s->chunk_count * CHUNK_FRAGMENTS, total);
+            report_progress(s->report, "reading stamps", chunk->fragment_count + (uint64_t)(s->chunk_count - 1) * CHUNK_FRAGMENTS, total);
     }
-    if (s->request.blocks && !block_order_make(chunk, &s->request, s->tiling->tile_count, &chunk->blocks))
+    if (s->request.blocks && !block_order_make(chunk, &s->request, s->tiling.tile_count, &chunk->blocks))
         return refuse_memory(s->report);
     return STATUS_OK;
 }
@@ -306,7 +313,7 @@ static status start_reading(stamps *s)
     trace_places_only(s->trace, false);
     s->ended = false;
     s->pending->count = s->pending->tile_count = 0;
-    memset(s->pending->stamp_of_tile, 0, s->tiling->tile_count * sizeof *s->pending->stamp_of_tile);
+    memset(s->pending->stamp_of_tile, 0, s->tiling.tile_count * sizeof *s->pending->stamp_of_tile);
     return trace_rewind(s->trace);
 }
 
@@ -355,28 +362,46 @@ static status sort_by_region(stamps *s)
     return STATUS_OK;
 }
 
-status stamps_make(trace *trace, const tiling *tiling, const stamp_request *request, const report *report, stamps *s)
+static status make(stamps *s)
 {
-    const uint32_t draws = trace_get_info(trace)->draw_count;
-    *s = (stamps){.trace = trace, .tiling = tiling, .request = *request, .report = report};
+    const uint32_t draws = trace_get_info(s->trace)->draw_count;
+    const tiling *tiling = &s->tiling;
     s->pending = calloc(1, sizeof *s->pending);
     s->touched = calloc(tiling->tile_count, 1);
     s->primitives = calloc(3 * (size_t)draws + 1, sizeof *s->primitives);
     s->region_pairs = s->primitives ? s->primitives + draws : NULL;
     s->counts = s->primitives ? s->primitives + 2 * (size_t)draws : NULL;
     if (!s->pending || !s->touched || !s->primitives)
-        return refuse_memory(report);
+        return refuse_memory(s->report);
     s->pending->stamp_of_tile = calloc(tiling->tile_count, sizeof *s->pending->stamp_of_tile);
     s->pending->regions_seen = calloc((size_t)region_count(s) + 1, sizeof *s->pending->regions_seen);
     s->pending->packed = calloc(tiling->tile_count, sizeof *s->pending->packed);
     if (!s->pending->stamp_of_tile || !s->pending->regions_seen || !s->pending->packed)
-        return refuse_memory(report);
+        return refuse_memory(s->report);
     const status status = read_all(s);
-    return status == STATUS_OK && request->region_pixels ? sort_by_region(s) : status;
+    return status == STATUS_OK && s->request.region_pixels ? sort_by_region(s) : status;
 }
 
-void stamps_free(stamps *s)
+status stamps_make(trace *trace, const stamp_request *request, const report *report, stamps **result)
 {
+    stamps *s = calloc(1, sizeof *s);
+    *result = NULL;
+    if (!s)
+        return refuse_memory(report);
+    *s = (stamps){.trace = trace, .request = *request, .report = report};
+    tiling_init(&s->tiling, trace_get_info(trace));
+    const status status = make(s);
+    if (status == STATUS_OK)
+        *result = s;
+    else
+        stamps_destroy(s);
+    return status;
+}
+
+void stamps_destroy(stamps *s)
+{
+    if (!s)
+        return;
     drop_chunks(s);
     free(s->chunks);
     free(s->touched);
@@ -392,7 +417,7 @@ void stamps_free(stamps *s)
         free(s->pending->packed);
     }
     free(s->pending);
-    *s = (stamps){0};
+    free(s);
 }
 
 status stamps_rewind(stamps *s)

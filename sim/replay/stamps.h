@@ -64,9 +64,9 @@ typedef struct stamp_request {
 // A stamp in order of regions.
 typedef struct stamp_place { uint32_t chunk, record; } stamp_place;
 
-typedef struct stamps {
+struct stamps {
     trace *trace;
-    const tiling *tiling;
+    tiling tiling;
     stamp_request request;
     const report *report;
     stamp_chunk *chunks;     // all of them if they fit the budget, else the one being read
@@ -81,17 +81,20 @@ typedef struct stamps {
     struct stamp_pending *pending;
     uint32_t at;             // next chunk, if all are there
     bool ended;
-} stamps;
+};
 
-// Reads the trace once. Free with stamps_free, also after a failure.
-status stamps_make(trace *trace, const tiling *tiling, const stamp_request *request, const report *report, stamps *stamps);
-void stamps_free(stamps *stamps);
+// Reads the trace once. Free with stamps_destroy.
+status stamps_make(trace *trace, const stamp_request *request, const report *report, stamps **stamps);
 status stamps_rewind(stamps *stamps);
 // The next chunk, NULL at the end; valid until the next call.
 status stamps_next(stamps *stamps, const stamp_chunk **chunk);
 // Both of a chunk that is complete; false: out of memory. Free also after a failure (block_order.c).
 bool block_order_make(const stamp_chunk *chunk, const stamp_request *request, uint32_t tile_count, block_order *order);
 void block_order_free(block_order *order);
+// What bins_count and bins_build make, of stamps that have been read and must outlive it (bins_share.c): of the whole image, without `draw`
+// and `depth`, and a sample's fragments may lie in later batches. Free both also after a failure.
+bool bins_can_share(const stamps *stamps);
+status bins_share(const stamps *stamps, const report *report, sample_counts *counts, bins *bins);
 // The number of the region that a block lies in, by rows.
 uint32_t stamps_region(const stamps *stamps, uint32_t tile);
 

@@ -47,12 +47,14 @@ static void replay_trace(const sweep *sweep, const sweep_combination *run, trace
                                  .reference = true,
                                  .log_conditions = deeper,
                                  .keep_planes = deeper};
-    const detail_options detail_options = {.level = run->detail};
+    detail_options detail_options = {.level = run->detail};
     const machine *machine = &run->variant->machine;
     const program *program = run->program->program;
     run_result *result = NULL;
     detail_result *detail = NULL;
-    status status = replay_run(program, machine, trace, &options, report, &result);
+    status status = detail_read(program, machine, trace, &detail_options, report, &detail_options.stamps);
+    if (status == STATUS_OK)
+        status = replay_run_on(program, machine, trace, detail_options.stamps, &options, report, &result);
     if (status == STATUS_OK && deeper)
         status = detail_run(program, machine, trace, result, &detail_options, report, &detail);
     if (status == STATUS_OK)
@@ -61,6 +63,7 @@ static void replay_trace(const sweep *sweep, const sweep_combination *run, trace
         row->outcome = outcome_of(status, row->why);
     detail_destroy(detail);
     result_destroy(result);
+    stamps_destroy(detail_options.stamps);
 }
 
 static void replay_into(const sweep *sweep, const sweep_combination *run, sweep_row *row)

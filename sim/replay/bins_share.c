@@ -1,0 +1,89 @@
+// Stamps that a deeper level has read, as bins of the function level: nothing is read again, and nothing moved.
+//
+// A block's stamps lie in batches of 64 lanes already (block_order.c). These are not the batches that bins_build would make: each is
+// of one draw, and ends before a sample would occur twice. But each sample's fragments keep their order, and no result knows
+// which of them were run together.
+#include "stamps.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+bool bins_can_share(const stamps *s)
+{
+    return s->whole && s->chunk_count == 1 && s->request.blocks && !s->request.tiles;
+}
+
+static uint32_t first_batch(const block_order *blocks, uint32_t tile)
+{
+    const uint32_t stamp = blocks->starts[tile];
+    return stamp < blocks->starts[tile + 1] ? blocks->stamps[stamp].batch : 0;
+}
+
+static uint32_t end_batch(const block_order *blocks, uint32_t tile)
+{
+    const uint32_t end = blocks->starts[tile + 1];
+    return blocks->starts[tile] < end ? blocks->stamps[end - 1].batch + 1 : 0;
+}
+
+static void count_tile(const trace_info *info, const block_order *blocks, uint32_t tile, sample_counts *counts)
+{
+    for (uint32_t b = first_batch(blocks, tile), end = end_batch(blocks, tile); b < end; b++) {
+        const uint64_t lanes = blocks->batches[b].lanes;
+        const draw_class class = info->draws[blocks->batches[b].draw].class;
+        uint32_t *const array = (class == CLASS_OPAQUE ? counts->opaque : counts->transparent) + (size_t)tile * TILE_LANES;
+        for (int lane = 0; lane < TILE_LANES; lane++)
+            array[lane] += (uint32_t)(lanes >> lane & 1);
+        counts->class_fragments[class] += count_lanes(lanes);
+    }
+    for (int lane = 0; lane < TILE_LANES; lane++) {
+        const uint32_t count = counts->transparent[(size_t)tile * TILE_LANES + (size_t)lane];
+        counts->deepest = count > counts->deepest ? count : counts->deepest;
+    }
+}
+
+// Appends the tile's batches of opaque draws, or of all others; returns how many.
+static uint32_t add_batches(const trace_info *info, const block_order *blocks, uint32_t tile, bool opaque, bin_batch *to)
+{
+    uint32_t count = 0;
+    for (uint32_t b = first_batch(blocks, tile), end = end_batch(blocks, tile); b < end; b++) {
+        const uint64_t lanes = blocks->batches[b].lanes;
+        const draw_class class = info->draws[blocks->batches[b].draw].class;
+        if ((class == CLASS_OPAQUE) == opaque)
+            to[count++] = (bin_batch){lanes, class == CLASS_SORTED ? lanes : 0, (uint64_t)b * TILE_LANES};
+    }
+    return count;
+}
+
+static void add_tile(const trace_info *info, const block_order *blocks, uint32_t tile, bins *bins)
+{
+    bin *const bin = &bins->bins[tile];
+    bin->first_batch = first_batch(blocks, tile);
+    bin_batch *const batches = bins->batches + bin->first_batch;
+    bin->opaque_count = add_batches(info, blocks, tile, true, batches);
+    bin->transparent_count = add_batches(info, blocks, tile, false, batches + bin->opaque_count);
+}
+
+status bins_share(const stamps *s, const report *report, sample_counts *counts, bins *bins)
+{
+    const trace_info *info = trace_get_info(s->trace);
+    const block_order *blocks = &s->chunks[0].blocks;
+    const uint32_t tiles = s->tiling.tile_count;
+    memset(bins, 0, sizeof *bins);
+    memset(counts, 0, sizeof *counts);
+    counts->opaque = calloc((size_t)tiles * TILE_LANES, sizeof *counts->opaque);
+    counts->transparent = calloc((size_t)tiles * TILE_LANES, sizeof *counts->transparent);
+    bins->shared = true;
+    bins->tile_count = tiles;
+    bins->bins = calloc(tiles, sizeof *bins->bins);
+    bins->batches = malloc(((size_t)blocks->batch_count + 1) * sizeof *bins->batches);
+    if (!counts->opaque || !counts->transparent || !bins->bins || !bins->batches)
+        return report_error(report, STATUS_IO, "out of memory: %u batches", blocks->batch_count);
+    for (uint32_t t = 0; t < tiles; t++) {
+        count_tile(info, blocks, t, counts);
+        add_tile(info, blocks, t, bins);
+    }
+    memcpy(bins->codes, blocks->codes, sizeof bins->codes);
+    memcpy(bins->rgba, blocks->rgba, sizeof bins->rgba);
+    bins->primitive = blocks->primitive;
+    return STATUS_OK;
+}

@@ -1,0 +1,120 @@
+// The function level on a trace that the level sampled has read, against the same on the trace itself: no field of the result may differ.
+#include "../../sim/levels.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static char path[] = "/tmp/ropsim_read_once_XXXXXX.ropt";
+static const report quiet = {0};
+
+static void assert_same_planes(const run_result *a, const run_result *b)
+{
+    const size_t samples = (size_t)a->width * a->height * a->samples;
+    assert_memory_equal(a->image, b->image, (size_t)a->width * a->height * 3 * sizeof *a->image);
+    assert_memory_equal(a->sample_rgb, b->sample_rgb, samples * 3 * sizeof *a->sample_rgb);
+    for (int i = 0; i < a->plane_count; i++) {
+        const size_t components = format_table[a->planes[i].format].class == FORMAT_CLASS_COLOR ? 4 : 1;
+        assert_memory_equal(&a->planes[i], &b->planes[i], sizeof a->planes[i]);
+        assert_memory_equal(a->plane_values[i], b->plane_values[i], samples * components * sizeof(uint32_t));
+    }
+}
+
+static void assert_same(const run_result *a, const run_result *b)
+{
+    const uint64_t of_a[] = {a->geometry_passes, a->fullscreen_passes, a->iterations, a->fragments_in_trace, a->fragments_replayed,
+                             a->fragments_composited, a->list_kept, a->list_lost, a->deepest_sample, a->condition_count, a->error.samples_wrong};
+    const uint64_t of_b[] = {b->geometry_passes, b->fullscreen_passes, b->iterations, b->fragments_in_trace, b->fragments_replayed,
+                             b->fragments_composited, b->list_kept, b->list_lost, b->deepest_sample, b->condition_count, b->error.samples_wrong};
+    assert_memory_equal(of_a, of_b, sizeof of_a);
+    assert_memory_equal(a->passes_by_class, b->passes_by_class, sizeof a->passes_by_class);
+    assert_memory_equal(&a->error.max_abs, &b->error.max_abs, 3 * sizeof(double));
+    for (uint64_t i = 0; i < a->condition_count; i++) {
+        assert_int_equal(a->conditions[i].count, b->conditions[i].count);
+        assert_int_equal(a->conditions[i].holds, b->conditions[i].holds);
+    }
+    assert_same_planes(a, b);
+}
+
+// Returns whether all of the trace was there to be shared.
+static bool compare(const char *name, const char *machine_name, uint64_t memory_bytes, bool reference)
+{
+    char file[4096];
+    machine machine;
+    program *program;
+    trace *trace;
+    stamps *read;
+    run_result *alone, *shared;
+    run_options options = {.threads = 2, .occlusion_ratio = -1, .keep_planes = true, .log_conditions = true, .reference = reference};
+    const detail_options detail = {.level = DETAIL_SAMPLED, .memory_bytes = memory_bytes};
+    assert_int_equal(machine_load(machine_name, &quiet, &machine), STATUS_OK);
+    assert_int_equal(program_load(name, &quiet, file, sizeof file, &program), STATUS_OK);
+    assert_int_equal(trace_open(path, &quiet, &trace), STATUS_OK);
+    assert_int_equal(replay_run(program, &machine, trace, &options, &quiet, &alone), STATUS_OK);
+    assert_int_equal(detail_read(program, &machine, trace, &detail, &quiet, &read), STATUS_OK);
+    assert_int_equal(replay_run_on(program, &machine, trace, read, &options, &quiet, &shared), STATUS_OK);
+    const bool had_stamps = read;
+    assert_same(alone, shared);
+    result_destroy(alone);
+    result_destroy(shared);
+    stamps_destroy(read);
+    trace_close(trace);
+    program_destroy(program);
+    return had_stamps;
+}
+
+static void record(const char *const *scenes, int count, uint32_t samples)
+{
+    record_options options;
+    record_defaults(&options);
+    options.width = 100;  // the last blocks lie outside in part
+    options.height = 75;
+    options.samples = samples;
+    assert_int_equal(record_scenes(scenes, count, &options, path, &quiet), STATUS_OK);
+}
+
+static const char *const programs[][2] = {
+    {"layer_peel", "g80"},           {"coherent_layer_peel_a", "g80"},
+    {"coherent_layer_peel_b", "g80"}, {"ideal_coherent_layer_peel", "programmable"},
+    {"hybrid_layer_peel", "g80"},    {"fused_coherent_layer_peel", "programmable"},
+    {"a_buffer", "abuffer"},         {"z_batch_peel", "g80"},
+};
+
+static void every_program_gives_the_same(void **state)
+{
+    static const char *const scenes[] = {"opaque:scene:knot", "scene:soup,count=300", "sorted:scene:slices_cone,slices=6"};
+    (void)state;
+    for (uint32_t samples = 1; samples <= 4; samples += 3) {
+        record(scenes, 3, samples);
+        for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
+            for (int reference = 0; reference < 2; reference++)
+                assert_true(compare(programs[i][0], programs[i][1], 0, reference));
+    }
+}
+
+static void what_cannot_be_shared_is_read(void **state)
+{
+    static const char *const scenes[] = {"scene:soup,count=4000"};
+    (void)state;
+    record(scenes, 1, 1);
+    assert_true(compare("layer_peel", "g80", 1, false));       // nothing is kept
+    assert_false(compare("layer_peel", "tiled", 0, false));    // stamps by region
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_program_gives_the_same),
+        cmocka_unit_test(what_cannot_be_shared_is_read),
+    };
+    const int file = mkstemps(path, 5);
+    if (file < 0)
+        return 1;
+    close(file);
+    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    unlink(path);
+    return failed;
+}
