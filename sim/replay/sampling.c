@@ -22,7 +22,7 @@ static uint64_t draw_place(const arrival *a, uint64_t below)
 // Long passes have longer windows, so that leads weigh less; the part that is measured stays the same.
 static void cut(arrival *a)
 {
-    enum { STRATA = 8, LONGER_MOST = 8 };
+    enum { STRATA = 8, LONGER_MOST = 32 };
     phase_plan *p = &a->plan_of_phases;
     const sampling *s = a->options.sampling;
     const uint64_t behind = p->stamps - p->head, every = s->period / s->window;
