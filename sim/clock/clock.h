@@ -32,6 +32,7 @@
 #define NEVER UINT64_MAX
 
 static inline uint64_t later(uint64_t a, uint64_t b) { return a > b ? a : b; }
+static inline uint64_t earlier(uint64_t a, uint64_t b) { return a < b ? a : b; }
 static inline uint64_t cycles_up(uint64_t parts) { return (parts + CYCLE_PARTS - 1) / CYCLE_PARTS; }
 
 // The stages of a partition in the order in which a pass's stamps go through them.

@@ -67,6 +67,16 @@ static void choose_step(partition *p)
     p->next_stage = stage;
 }
 
+// Up to which cycle the unit that is next stays so, as long as no other one does a step.
+static uint64_t its_turn(const partition *p)
+{
+    uint64_t turn = NEVER;
+    for (int s = 0; s < STAGES_MAX; s++)
+        if (s != p->next_stage)
+            turn = earlier(turn, p->units[s].when - (s > p->next_stage));
+    return turn;
+}
+
 // ---- Operations ----------------------------------------------------------------------------------------
 
 static uint32_t bucket_of(const clock_state *c, uint32_t tile, int lane)
@@ -262,22 +272,24 @@ static inline void begin_next(clock_state *c, partition *p, unit *u, job *job)
         go_on(c, p, u, job, 0, 0);
 }
 
-// What moves bytes of the stamp at hand, at unit.when, and what follows without.
-static void move(clock_state *c, partition *p, unit *u)
+// What moves bytes of the stamp at hand from unit.when up to cycle `until`, and what follows without.
+static void move(clock_state *c, partition *p, unit *u, uint64_t until)
 {
     job *job = job_at(p, u->started - 1);
     const stage_work *work = &job->work[u->stage];
-    const queued_touch *touch = touch_at(p, work->first_touch + u->touch);
-    p->now = u->last_step = u->when;
-    if (u->step == STEP_STREAM && !move_stream(c, p, u, job))
-        return;
-    if (u->touch < work->touch_count && touch->how & TOUCH_MOVES) {
-        if (!move_line(c, p, u, job, touch))
-            return;
-        u->when += ++u->touch < work->touch_count;
-    }
-    u->open = false;
-    go_on(c, p, u, job, u->touch, u->data_ready);
+    do {
+        const queued_touch *touch = touch_at(p, work->first_touch + u->touch);
+        p->now = u->last_step = u->when;
+        if (u->step == STEP_STREAM && !move_stream(c, p, u, job))
+            continue;
+        if (u->touch < work->touch_count && touch->how & TOUCH_MOVES) {
+            if (!move_line(c, p, u, job, touch))
+                continue;
+            u->when += ++u->touch < work->touch_count;
+        }
+        u->open = false;
+        go_on(c, p, u, job, u->touch, u->data_ready);
+    } while (u->open && u->when <= until);
 }
 
 // Sets unit.when.
@@ -340,14 +352,14 @@ void partition_step(clock_state *c, partition *p)
     unit *u = &p->units[p->next_stage];
     unit_run(c, p, u, due);  // one step, if any: a stamp takes a cycle at least
     if (u->open && u->when == due)
-        move(c, p, u);
+        move(c, p, u, due);
     for (int s = 0; s < c->stage_count; s++)
         unit_look(p, &p->units[s]);
     choose_step(p);
 }
 
-// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some. When it has moved all of a
-// stamp, that gives steps to it and to the units behind it.
+// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some. It does so as long as no
+// other one is first. When it has moved all of a stamp, that gives steps to it and to the units behind it.
 void partition_advance(clock_state *c, partition *p, uint64_t until)
 {
     if (p->when > until)
@@ -355,7 +367,7 @@ void partition_advance(clock_state *c, partition *p, uint64_t until)
     run_units(c, p, 0, until);
     for (choose_step(p); p->when <= until; choose_step(p)) {
         unit *u = &p->units[p->next_stage];
-        move(c, p, u);
+        move(c, p, u, earlier(until, its_turn(p)));
         if (!u->open)
             run_units(c, p, p->next_stage, until);
     }
