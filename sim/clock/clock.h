@@ -83,7 +83,7 @@ typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
 
 typedef struct span { const char *name; uint64_t start, end; } span;  // of a timeline
 
-enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED, STEP_FILL };  // of a lookup, in this order
+enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED };  // of a lookup, in this order
 
 typedef struct unit {
     unit_kind kind;
