@@ -219,6 +219,21 @@ static void try_plane(int bits, const uint32_t *codes, int count, uint64_t lanes
     keep_smaller(best, &offer, count * bits);
 }
 
+// Those of other codes than `fill`. Bytes first: eight of 0 or 1 become bits in one multiplication, which none of the sums that
+// it adds up carries into.
+static uint64_t lanes_other_than(const uint32_t *codes, int count, uint32_t fill)
+{
+    uint8_t other[TILE_LANES] = {0};
+    uint64_t lanes = 0, bytes;
+    for (int i = 0; i < count; i++)
+        other[i] = codes[i] != fill;
+    for (int i = 0; i < TILE_LANES; i += 8) {
+        memcpy(&bytes, other + i, sizeof bytes);
+        lanes |= (bytes * UINT64_C(0x0102040810204080) >> 56) << i;
+    }
+    return lanes;
+}
+
 // What a clear left is the greatest code or, in planes that look for the farthest, the least: the one of more lanes.
 static void try_plane_fill(int bits, const uint32_t *codes, int count, range range, compress_choice *best)
 {
@@ -228,9 +243,7 @@ static void try_plane_fill(int bits, const uint32_t *codes, int count, range ran
         highs += codes[i] == (uint32_t)range.high;
     }
     const uint32_t fill = (uint32_t)(highs >= lows ? range.high : range.low);
-    uint64_t lanes = 0;
-    for (int i = count - 1; i >= 0; i--)
-        lanes = lanes << 1 | (codes[i] != fill);
+    const uint64_t lanes = lanes_other_than(codes, count, fill);
     if (lanes != 0)
         try_plane(bits, codes, count, lanes, &fill, find_steps(codes, lanes, false, bits), best);
 }
