@@ -219,8 +219,8 @@ void memory_ahead(const memory *m, uint32_t tile)
 {
     const size_t line = (size_t)tile * m->block_lines;
     __builtin_prefetch(&m->homes[tile]);
-    for (int u = 0; u < ACCESS_UNITS; u++)
-        __builtin_prefetch(&m->slots[u][line]);
+    __builtin_prefetch(&m->slots[ACCESS_TEXTURE][line]);
+    __builtin_prefetch(&m->slots[ACCESS_DEPTH][line]);  // which are colour's, too
 }
 
 void memory_warm(memory *m, const stamp *stamp)
