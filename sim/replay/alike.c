@@ -27,6 +27,9 @@ static void find_deeds(arrival *a, const kernel_use *use, lane_deeds *deeds)
         const plane_access *access = &a->accesses[i];
         deeds->accesses[i] = (plane_access){access->plane, access->unit, -access->read, -access->written};
     }
+    stamp->shaded = -stamp->shaded;
+    stamp->alive = -stamp->alive;
+    stamp->passed = -stamp->passed;
     find_written(a, deeds);
     deeds->known = true;
 }

@@ -107,15 +107,15 @@ static void find_reads(arrival *a, const step *step)
 static void prefetch(const arrival *a, const stamp_record *record)
 {
     const block_reads *reads = &a->reads;
-    const int first = __builtin_ctzll(record->lanes), last = 63 - __builtin_clzll(record->lanes);
     const uint32_t *block = arrival_block(a, record->tile);
+    const uint32_t *first = block + __builtin_ctzll(record->lanes), *last = block + (63 - __builtin_clzll(record->lanes));
     const int count = a->pack.reads_colors ? reads->count : reads->plain_count;
     if (a->sink->ahead)
         a->sink->ahead(a->sink->user, record->tile);
-    for (int i = 0; i < count; i++)
-        __builtin_prefetch(block + reads->offsets[i] + first);
-    for (int i = 0; first / PREFETCH_WORDS != last / PREFETCH_WORDS && i < count; i++)
-        __builtin_prefetch(block + reads->offsets[i] + last);
+    for (int i = 0; i < count; i++) {  // often two lines; to ask which costs more than to ask for one twice
+        __builtin_prefetch(first + reads->offsets[i]);
+        __builtin_prefetch(last + reads->offsets[i]);
+    }
 }
 
 // Whether the step draws all stamps of a chunk.

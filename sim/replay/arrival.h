@@ -108,9 +108,9 @@ typedef struct dispatch_sum {
 typedef struct lane_deeds {
     bool known;
     uint32_t lane;
-    stamp stamp;                    // of this lane alone, which is its lane 0
+    stamp stamp;                    // of this lane alone; what became of it: all 64 lanes or none
     bool writes_depth;              // the plane of the depth test
-    plane_access accesses[PLANE_MAX * 2];  // the stamp's: all 64 lanes or none
+    plane_access accesses[PLANE_MAX * 2];  // the stamp's: the same
     int written_count;
     kernel_plane written[PLANE_MAX];
 } lane_deeds;
