@@ -66,8 +66,8 @@ static int32_t unorm8_key(uint32_t bits)
     return (int32_t)(bits_of(float_of(bits) * 255.0f + 0x1p23f) & 0xffu);
 }
 
-// One loop a format, so that each is a straight one over vectors.
-static void channel_keys(format format, const uint32_t *words, int count, int32_t *keys)
+// The keys, in `keys` or, where words are such, where they are. One loop a format, so that each is a straight one over vectors.
+static const int32_t *channel_keys(format format, const uint32_t *words, int count, int32_t *keys)
 {
     switch (format) {
     case FORMAT_rgba8:
@@ -87,8 +87,9 @@ static void channel_keys(format format, const uint32_t *words, int count, int32_
         for (int i = 0; i < count; i++)
             keys[i] = (int32_t)(words[i] ^ 0x80000000u);
         break;
-    default: memcpy(keys, words, (size_t)count * sizeof *keys); break;
+    default: return (const int32_t *)words;
     }
+    return keys;
 }
 
 typedef struct range {
@@ -118,8 +119,7 @@ static range try_bases(format format, int bits, const uint32_t *plane, int count
     range range = {0, 0};
     for (int channel = 0; channel < channels; channel++) {
         int32_t keys[TILE_LANES];
-        channel_keys(format, plane + channel * TILE_LANES, count, keys);
-        range = keys_range(keys, count);
+        range = keys_range(channel_keys(format, plane + channel * TILE_LANES, count, keys), count);
         offer.base[channel] = (uint32_t)range.low ^ (format == FORMAT_u32 ? 0x80000000u : 0);
         offer.width[channel] = range_width(range);
         offer.size_bits += channel_bits + bit_length((uint32_t)channel_bits) + count * offer.width[channel];
