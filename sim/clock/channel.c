@@ -147,6 +147,9 @@ static uint64_t to_core(const channel *c, uint64_t memory_clock)
 
 // ---- DRAM ----------------------------------------------------------------------------------------------
 
+// What reads and writes differ in is known where one is asked for.
+#define INLINED static inline __attribute__((always_inline))
+
 // Opens `row` with commands not before clock `earliest`.
 static void open_row(channel *c, bank *bank, int64_t row, uint64_t earliest)
 {
@@ -169,7 +172,7 @@ static void open_row(channel *c, bank *bank, int64_t row, uint64_t earliest)
 }
 
 // Moves `bytes`, whole bursts of one row. Returns the clock in which the data start; they end at c->data_ready.
-static uint64_t transfer(channel *c, bool write, int64_t row, bank *bank, uint64_t bytes, uint64_t earliest)
+INLINED uint64_t transfer(channel *c, bool write, int64_t row, bank *bank, uint64_t bytes, uint64_t earliest)
 {
     const channel_timing *t = &c->timing;
     if (bank->row == row)
@@ -205,23 +208,33 @@ static uint64_t transfer(channel *c, bool write, int64_t row, bank *bank, uint64
     return start;
 }
 
-// Bytes start to end, row by row. Returns the clock in which the last row's data start.
-static uint64_t perform(channel *c, bool write, uint64_t start, uint64_t end, uint64_t earliest)
+// Bytes of row `number` of all banks' rows.
+INLINED uint64_t perform_in_row(channel *c, bool write, uint64_t number, uint64_t bytes, uint64_t earliest)
 {
-    uint64_t column, place, bank_index, started;
-    uint64_t number = divide(start, &c->row_bytes, &column);
-    do {
-        uint64_t bytes = c->row_bytes.value - column;
-        if (bytes > end - start)
-            bytes = end - start;
-        const uint64_t row = divide(number, &c->banks, &place);
-        divide(place + row + divide(row, &c->banks, &bank_index), &c->banks, &bank_index);
-        started = transfer(c, write, (int64_t)row, &c->open[bank_index], bytes, earliest);
-        start += bytes;
-        column = 0;
-        number++;
-    } while (start < end);
-    return started;
+    uint64_t place, bank_index;
+    const uint64_t row = divide(number, &c->banks, &place);
+    divide(place + row + divide(row, &c->banks, &bank_index), &c->banks, &bank_index);
+    return transfer(c, write, (int64_t)row, &c->open[bank_index], bytes, earliest);
+}
+
+// Bytes of several rows, from a column of row `number` on.
+static uint64_t perform_rows(channel *c, bool write, uint64_t number, uint64_t column, uint64_t bytes, uint64_t earliest)
+{
+    for (uint64_t part = c->row_bytes.value - column; part < bytes; part = c->row_bytes.value) {
+        perform_in_row(c, write, number++, part, earliest);
+        bytes -= part;
+    }
+    return perform_in_row(c, write, number, bytes, earliest);
+}
+
+// Bytes start to end, row by row; one as a rule. Returns the clock in which the last row's data start.
+INLINED uint64_t perform(channel *c, bool write, uint64_t start, uint64_t end, uint64_t earliest)
+{
+    uint64_t column;
+    const uint64_t number = divide(start, &c->row_bytes, &column), bytes = end - start;
+    if (column + bytes > c->row_bytes.value)
+        return perform_rows(c, write, number, column, bytes, earliest);
+    return perform_in_row(c, write, number, bytes, earliest);
 }
 
 // ---- Posted writes -------------------------------------------------------------------------------------

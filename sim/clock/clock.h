@@ -32,6 +32,7 @@
 #define NEVER UINT64_MAX
 
 static inline uint64_t later(uint64_t a, uint64_t b) { return a > b ? a : b; }
+static inline uint64_t earlier(uint64_t a, uint64_t b) { return a < b ? a : b; }
 static inline uint64_t cycles_up(uint64_t parts) { return (parts + CYCLE_PARTS - 1) / CYCLE_PARTS; }
 
 // The stages of a partition in the order in which a pass's stamps go through them.
@@ -82,7 +83,7 @@ typedef struct flight { uint32_t tile; uint64_t lanes; uint64_t done; } flight;
 
 typedef struct span { const char *name; uint64_t start, end; } span;  // of a timeline
 
-enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED, STEP_FILL };  // of a lookup, in this order
+enum { STEP_STREAM, STEP_PENDING, STEP_SPILL, STEP_SPILL_EVICTED, STEP_FILL_EVICTED };  // of a lookup, in this order
 
 typedef struct unit {
     unit_kind kind;

@@ -28,7 +28,7 @@ static shares shares_from(uint64_t value, uint64_t count, uint64_t i)
 static uint64_t next_share(shares *s)
 {
     const uint64_t one_more = s->rest > s->over;
-    s->over += (one_more ? s->count : 0) - s->rest;
+    s->over += (s->count & -one_more) - s->rest;  // a branch would be missed
     return s->least + one_more;
 }
 

@@ -75,40 +75,42 @@ static uint64_t *first_back(const clock_state *c, const partition *p, fetches *f
     return first;
 }
 
-// As far as it can go now.
-bool move_line(clock_state *c, partition *p, unit *u, const job *job, const queued_touch *touch)
+// The changed lines that make room, on their way out; false: the channel does not take all of them yet.
+static bool make_room(clock_state *c, partition *p, unit *u, const queued_move *line)
 {
-    const queued_move *line = move_at(p, touch->how >> TOUCH_MOVE);
-    statistics *s = c->statistics;
-    line_state *state = &p->lines[touch->line];
-    fetches *fetches = &p->fetches[cache_of(touch)];
-    uint64_t *pending = line->fill.bytes ? first_back(c, p, fetches) : NULL;
-    uint64_t when;
-    if (u->step <= STEP_PENDING) {
-        if (pending && *pending > p->now)
-            return wait_until(c, p, u, *pending, &s->unit_wait_misses);
-        const uint64_t used = touch->how & TOUCH_REPLACES ? victim_free(c, p, touch, job) : 0;
-        if (used > p->now)
-            return wait_until(c, p, u, used, &s->unit_wait_victim);
-        u->step = STEP_SPILL;
-    }
+    uint64_t *wait = &c->statistics->unit_wait_memory, when;
     if (u->step == STEP_SPILL) {
         if (line->spill.on_chip)
             clock_l2_move(c, p, p->now, line->spill.bytes);
         else if (!clock_write(p, p->now, line->spill.address, line->spill.bytes, &when))
-            return wait_until(c, p, u, when, &s->unit_wait_memory);
+            return wait_until(c, p, u, when, wait);
         u->step = STEP_SPILL_EVICTED;
     }
     if (u->step == STEP_SPILL_EVICTED) {
         if (!clock_write(p, p->now, line->spill.evicted_address, line->spill.evicted_bytes, &when))
-            return wait_until(c, p, u, when, &s->unit_wait_memory);
+            return wait_until(c, p, u, when, wait);
         u->step = STEP_FILL_EVICTED;
     }
-    if (u->step == STEP_FILL_EVICTED) {
-        if (!clock_write(p, p->now, line->fill.evicted_address, line->fill.evicted_bytes, &when))
-            return wait_until(c, p, u, when, &s->unit_wait_memory);
-        u->step = STEP_FILL;
+    return clock_write(p, p->now, line->fill.evicted_address, line->fill.evicted_bytes, &when) || wait_until(c, p, u, when, wait);
+}
+
+// As far as it can go now.
+bool move_line(clock_state *c, partition *p, unit *u, const job *job, const queued_touch *touch)
+{
+    const queued_move *line = move_at(p, touch->how >> TOUCH_MOVE);
+    line_state *state = &p->lines[touch->line];
+    fetches *fetches = &p->fetches[cache_of(touch)];
+    uint64_t *pending = line->fill.bytes ? first_back(c, p, fetches) : NULL;
+    if (u->step <= STEP_PENDING) {
+        if (pending && *pending > p->now)
+            return wait_until(c, p, u, *pending, &c->statistics->unit_wait_misses);
+        const uint64_t used = touch->how & TOUCH_REPLACES ? victim_free(c, p, touch, job) : 0;
+        if (used > p->now)
+            return wait_until(c, p, u, used, &c->statistics->unit_wait_victim);
+        u->step = STEP_SPILL;
     }
+    if ((line->spill.bytes | line->spill.evicted_bytes | line->fill.evicted_bytes) && !make_room(c, p, u, line))
+        return false;
     if (touch->how & TOUCH_MISS) {
         state->ready = fill_ready(c, p, &line->fill);
         if (pending) {

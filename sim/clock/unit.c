@@ -46,9 +46,9 @@ static inline uint64_t has_room(const unit *u, const unit *next)
 }
 
 // Sets unit.when of a unit that has no stamp at hand, and this one next.
-static inline void unit_next(partition *p, unit *u, const job *job)
+INLINED void unit_next(partition *p, unit *u, const job *job, bool shades)
 {
-    const uint64_t room = u->kind == UNIT_SHADER_STAGE ? shader_has_room(&p->shader_room, u, u + 1, job->quads) : has_room(u, u + 1);
+    const uint64_t room = shades ? shader_has_room(&p->shader_room, u, u + 1, job->quads) : has_room(u, u + 1);
     u->could = later(job->ready, u->port_free);
     u->when = later(u->could, room);
     u->full = room == NEVER;
@@ -65,6 +65,16 @@ static void choose_step(partition *p)
     }
     p->when = when;
     p->next_stage = stage;
+}
+
+// Up to which cycle the unit that is next stays so, as long as no other one does a step.
+static uint64_t its_turn(const partition *p)
+{
+    uint64_t turn = NEVER;
+    for (int s = 0; s < STAGES_MAX; s++)
+        if (s != p->next_stage)
+            turn = earlier(turn, p->units[s].when - (s > p->next_stage));
+    return turn;
 }
 
 // ---- Operations ----------------------------------------------------------------------------------------
@@ -138,9 +148,8 @@ INLINED void finish(clock_state *c, unit *u, job *job, uint64_t at, uint64_t beg
 }
 
 // The stamp's operation: when it begins, ends and is done. The last lookup was made in cycle `at`.
-INLINED void operate(clock_state *c, partition *p, unit *u, job *job, const stage_work *work, uint64_t at, uint64_t data_ready)
+INLINED void operate(clock_state *c, partition *p, unit *u, job *job, const stage_work *work, uint64_t at, uint64_t data_ready, bool shades)
 {
-    const bool shades = u->kind == UNIT_SHADER_STAGE;
     const uint64_t cost = work->cost, second_cost = shades ? work->second_cost : 0, lanes = shades ? 0 : work->lanes;
     const uint64_t looked_up = work->touch_count ? at + 1 : at, free = u->operation_free;
     uint64_t begin = later(looked_up * CYCLE_PARTS, free);
@@ -184,12 +193,12 @@ INLINED void pass_on(clock_state *c, unit *u, job *job, uint64_t at, uint64_t da
 // ---- Steps ---------------------------------------------------------------------------------------------
 
 // Begins the stamp: the room that it had in the queue before is free.
-INLINED void begin_stamp(clock_state *c, partition *p, unit *u, const job *job)
+INLINED void begin_stamp(clock_state *c, partition *p, unit *u, const job *job, bool shades)
 {
     const uint64_t now = u->when;
     if (c->timeline)
         spans_note(c, u, true, "next queue full", u->could, now);
-    if (u->kind == UNIT_SHADER_STAGE) {
+    if (shades) {
         p->shader_room.quads[u->started & p->shader_room.mask] = job->quads;
         p->shader_room.held += job->quads;
     }
@@ -242,42 +251,44 @@ INLINED bool look_up(clock_state *c, partition *p, unit *u, const job *job, cons
 }
 
 // The lookups from number `i` on, the first of which is due at unit.when, and the operation, as far as no bytes move.
-INLINED void go_on(clock_state *c, partition *p, unit *u, job *job, uint32_t i, uint64_t data_ready)
+INLINED void go_on(clock_state *c, partition *p, unit *u, job *job, uint32_t i, uint64_t data_ready, bool shades)
 {
     const stage_work *work = &job->work[u->stage];
     uint64_t at;
-    if (!(work->cost | (u->kind == UNIT_SHADER_STAGE ? work->second_cost : 0) | work->touch_count))
+    if (!(work->cost | (shades ? work->second_cost : 0) | work->touch_count))
         pass_on(c, u, job, u->when, data_ready);
     else if (look_up(c, p, u, job, work, i, &at, &data_ready))
-        operate(c, p, u, job, work, at, data_ready);
+        operate(c, p, u, job, work, at, data_ready, shades);
 }
 
 // Begins the next stamp at unit.when, and does all that can be done at once.
-static inline void begin_next(clock_state *c, partition *p, unit *u, job *job)
+INLINED void begin_next(clock_state *c, partition *p, unit *u, job *job, bool shades)
 {
-    begin_stamp(c, p, u, job);
+    begin_stamp(c, p, u, job, shades);
     if (u->lists && (job->stream_written || job->stream_read))
         stay_at(u, 0, u->when, 0, STEP_STREAM);
     else
-        go_on(c, p, u, job, 0, 0);
+        go_on(c, p, u, job, 0, 0, shades);
 }
 
-// What moves bytes of the stamp at hand, at unit.when, and what follows without.
-static void move(clock_state *c, partition *p, unit *u)
+// What moves bytes of the stamp at hand from unit.when up to cycle `until`, and what follows without.
+static void move(clock_state *c, partition *p, unit *u, uint64_t until)
 {
     job *job = job_at(p, u->started - 1);
     const stage_work *work = &job->work[u->stage];
-    const queued_touch *touch = touch_at(p, work->first_touch + u->touch);
-    p->now = u->last_step = u->when;
-    if (u->step == STEP_STREAM && !move_stream(c, p, u, job))
-        return;
-    if (u->touch < work->touch_count && touch->how & TOUCH_MOVES) {
-        if (!move_line(c, p, u, job, touch))
-            return;
-        u->when += ++u->touch < work->touch_count;
-    }
-    u->open = false;
-    go_on(c, p, u, job, u->touch, u->data_ready);
+    do {
+        const queued_touch *touch = touch_at(p, work->first_touch + u->touch);
+        p->now = u->last_step = u->when;
+        if (u->step == STEP_STREAM && !move_stream(c, p, u, job))
+            continue;
+        if (u->touch < work->touch_count && touch->how & TOUCH_MOVES) {
+            if (!move_line(c, p, u, job, touch))
+                continue;
+            u->when += ++u->touch < work->touch_count;
+        }
+        u->open = false;
+        go_on(c, p, u, job, u->touch, u->data_ready, u->kind == UNIT_SHADER_STAGE);
+    } while (u->open && u->when <= until);
 }
 
 // Sets unit.when.
@@ -288,21 +299,21 @@ static void unit_look(partition *p, unit *u)
     u->when = NEVER;
     u->full = false;
     if (u->started < arrived(p, u))
-        unit_next(p, u, job_at(p, u->started));
+        unit_next(p, u, job_at(p, u->started), u->kind == UNIT_SHADER_STAGE);
 }
 
 // All steps up to cycle `until` that move no bytes; whether there was one. Sets unit.when.
-static bool unit_run(clock_state *c, partition *p, unit *u, uint64_t until)
+INLINED bool run_kind(clock_state *c, partition *p, unit *u, uint64_t until, bool shades)
 {
     const uint64_t started = u->started, end = arrived(p, u);
     uint64_t waited = 0;
     while (!u->open && u->started < end) {
         job *job = job_at(p, u->started);
-        unit_next(p, u, job);
+        unit_next(p, u, job, shades);
         if (u->when > until)
             break;
         waited += u->when - u->could;
-        begin_next(c, p, u, job);
+        begin_next(c, p, u, job, shades);
     }
     if (!u->open && u->started == end) {
         u->when = NEVER;
@@ -310,6 +321,12 @@ static bool unit_run(clock_state *c, partition *p, unit *u, uint64_t until)
     }
     c->statistics->unit_wait_queue += waited;
     return u->started > started;
+}
+
+// A stamp asks at each turn whether it is in the shader, so each of both ways has a piece of its own.
+static bool unit_run(clock_state *c, partition *p, unit *u, uint64_t until)
+{
+    return u->kind == UNIT_SHADER_STAGE ? run_kind(c, p, u, until, true) : run_kind(c, p, u, until, false);
 }
 
 // Whether it may have one, as long as the next unit begins nothing. A time that is known stays as it is.
@@ -340,14 +357,14 @@ void partition_step(clock_state *c, partition *p)
     unit *u = &p->units[p->next_stage];
     unit_run(c, p, u, due);  // one step, if any: a stamp takes a cycle at least
     if (u->open && u->when == due)
-        move(c, p, u);
+        move(c, p, u, due);
     for (int s = 0; s < c->stage_count; s++)
         unit_look(p, &p->units[s]);
     choose_step(p);
 }
 
-// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some. When it has moved all of a
-// stamp, that gives steps to it and to the units behind it.
+// When all that moves no bytes is done, what is left up to `until` is a unit that waits for its turn to move some. It does so as long as no
+// other one is first. When it has moved all of a stamp, that gives steps to it and to the units behind it.
 void partition_advance(clock_state *c, partition *p, uint64_t until)
 {
     if (p->when > until)
@@ -355,7 +372,7 @@ void partition_advance(clock_state *c, partition *p, uint64_t until)
     run_units(c, p, 0, until);
     for (choose_step(p); p->when <= until; choose_step(p)) {
         unit *u = &p->units[p->next_stage];
-        move(c, p, u);
+        move(c, p, u, earlier(until, its_turn(p)));
         if (!u->open)
             run_units(c, p, p->next_stage, until);
     }

@@ -66,8 +66,8 @@ static int32_t unorm8_key(uint32_t bits)
     return (int32_t)(bits_of(float_of(bits) * 255.0f + 0x1p23f) & 0xffu);
 }
 
-// One loop a format, so that each is a straight one over vectors.
-static void channel_keys(format format, const uint32_t *words, int count, int32_t *keys)
+// The keys, in `keys` or, where words are such, where they are. One loop a format, so that each is a straight one over vectors.
+static const int32_t *channel_keys(format format, const uint32_t *words, int count, int32_t *keys)
 {
     switch (format) {
     case FORMAT_rgba8:
@@ -87,8 +87,9 @@ static void channel_keys(format format, const uint32_t *words, int count, int32_
         for (int i = 0; i < count; i++)
             keys[i] = (int32_t)(words[i] ^ 0x80000000u);
         break;
-    default: memcpy(keys, words, (size_t)count * sizeof *keys); break;
+    default: return (const int32_t *)words;
     }
+    return keys;
 }
 
 typedef struct range {
@@ -118,8 +119,7 @@ static range try_bases(format format, int bits, const uint32_t *plane, int count
     range range = {0, 0};
     for (int channel = 0; channel < channels; channel++) {
         int32_t keys[TILE_LANES];
-        channel_keys(format, plane + channel * TILE_LANES, count, keys);
-        range = keys_range(keys, count);
+        range = keys_range(channel_keys(format, plane + channel * TILE_LANES, count, keys), count);
         offer.base[channel] = (uint32_t)range.low ^ (format == FORMAT_u32 ? 0x80000000u : 0);
         offer.width[channel] = range_width(range);
         offer.size_bits += channel_bits + bit_length((uint32_t)channel_bits) + count * offer.width[channel];
@@ -219,6 +219,21 @@ static void try_plane(int bits, const uint32_t *codes, int count, uint64_t lanes
     keep_smaller(best, &offer, count * bits);
 }
 
+// Those of other codes than `fill`. Bytes first: eight of 0 or 1 become bits in one multiplication, which none of the sums that
+// it adds up carries into.
+static uint64_t lanes_other_than(const uint32_t *codes, int count, uint32_t fill)
+{
+    uint8_t other[TILE_LANES] = {0};
+    uint64_t lanes = 0, bytes;
+    for (int i = 0; i < count; i++)
+        other[i] = codes[i] != fill;
+    for (int i = 0; i < TILE_LANES; i += 8) {
+        memcpy(&bytes, other + i, sizeof bytes);
+        lanes |= (bytes * UINT64_C(0x0102040810204080) >> 56) << i;
+    }
+    return lanes;
+}
+
 // What a clear left is the greatest code or, in planes that look for the farthest, the least: the one of more lanes.
 static void try_plane_fill(int bits, const uint32_t *codes, int count, range range, compress_choice *best)
 {
@@ -228,9 +243,7 @@ static void try_plane_fill(int bits, const uint32_t *codes, int count, range ran
         highs += codes[i] == (uint32_t)range.high;
     }
     const uint32_t fill = (uint32_t)(highs >= lows ? range.high : range.low);
-    uint64_t lanes = 0;
-    for (int i = count - 1; i >= 0; i--)
-        lanes = lanes << 1 | (codes[i] != fill);
+    const uint64_t lanes = lanes_other_than(codes, count, fill);
     if (lanes != 0)
         try_plane(bits, codes, count, lanes, &fill, find_steps(codes, lanes, false, bits), best);
 }

@@ -219,8 +219,11 @@ void memory_ahead(const memory *m, uint32_t tile)
 {
     const size_t line = (size_t)tile * m->block_lines;
     __builtin_prefetch(&m->homes[tile]);
-    for (int u = 0; u < ACCESS_UNITS; u++)
-        __builtin_prefetch(&m->slots[u][line]);
+    const uint32_t *slots = m->slots[ACCESS_DEPTH] + line;  // which are colour's, too
+    __builtin_prefetch(slots);
+    __builtin_prefetch(slots + m->block_lines);  // as they need not lie in one line
+    if (m->out.counts[ACCESS_TEXTURE])  // the stamp before read textures, and most stamps of a pass are alike
+        __builtin_prefetch(&m->slots[ACCESS_TEXTURE][line]);
 }
 
 void memory_warm(memory *m, const stamp *stamp)

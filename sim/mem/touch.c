@@ -33,24 +33,23 @@ static inline void touch_line(memory *m, const plane_access *access, uint64_t id
     }
 }
 
-// A plane of several lines a block, or one that stays on the chip; `slots`: of the block's lines.
-static void touch_parts(memory *m, const plane_access *access, uint32_t tile, uint32_t *slots, statistics *s)
+// A plane of several lines a block, or one that stays on the chip; `slots`: of the block's lines. One past the last touch. Few accesses are
+// such, and inlined it would take the registers of the others.
+static __attribute__((noinline)) line_touch *touch_parts(memory *m, const plane_access *access, uint32_t tile, uint32_t *slots, statistics *s,
+                                                         line_touch *touch)
 {
     const plane_layout *plane = &m->planes[access->plane];
     const home *home = &m->homes[tile];
-    int *count = &m->out.counts[access->unit];
-    line_touch *touches = m->touches[access->unit];
-    if (plane->on_chip && access->unit != ACCESS_TEXTURE) {
-        *count += region_touch(m, tile, access, s, touches + *count);
-        return;
-    }
+    if (plane->on_chip && access->unit != ACCESS_TEXTURE)
+        return touch + region_touch(m, tile, access, s, touch);
     cache *cache = &m->caches[home->partition][access->unit];
     const uint64_t id = line_id((line_place){access->plane, tile, 0});
     for (uint64_t left = access->read | access->written, lanes; left; left &= ~lanes) {
         const uint32_t part = first_part(plane, left);
         lanes = part_lanes(plane, part);
-        touch_line(m, access, id | part, lanes & home->lanes, cache, slots + part, s, &touches[(*count)++]);
+        touch_line(m, access, id | part, lanes & home->lanes, cache, slots + part, s, touch++);
     }
+    return touch;
 }
 
 void touch_planes(memory *m, const stamp *stamp, statistics *s)
@@ -63,6 +62,7 @@ void touch_planes(memory *m, const stamp *stamp, statistics *s)
     if (m->regions && !stamp->hierarchical)  // a discarded stamp gets no further than the rasterizer
         region_enter(m, tile, s, &counts[ACCESS_DEPTH]);
     const int left_region = counts[ACCESS_DEPTH];  // which are no lookups
+    line_touch *next[ACCESS_UNITS] = {m->touches[ACCESS_TEXTURE], m->touches[ACCESS_DEPTH] + left_region, m->touches[ACCESS_COLOR]};
     cache *caches = m->caches[home->partition];
     const size_t first_line = (size_t)tile * m->block_lines;
     const uint64_t lanes = home->lanes;
@@ -73,11 +73,12 @@ void touch_planes(memory *m, const stamp *stamp, statistics *s)
         uint32_t *slots = m->slots[unit] + first_line + plane->first_line;
         assert(!((access->read | access->written) & ~lanes));  // else a whole line would not be all that is read
         if (!plane->one_line)
-            touch_parts(m, access, tile, slots, s);
+            next[unit] = touch_parts(m, access, tile, slots, s, next[unit]);
         else if (access->read | access->written)
-            touch_line(m, access, line_id((line_place){access->plane, tile, 0}), lanes, &caches[unit], slots, s,
-                       &m->touches[unit][counts[unit]++]);
+            touch_line(m, access, line_id((line_place){access->plane, tile, 0}), lanes, &caches[unit], slots, s, next[unit]++);
     }
+    for (int u = 0; u < ACCESS_UNITS; u++)
+        counts[u] = (int)(next[u] - m->touches[u]);
     s->texture_lookups += (uint64_t)counts[ACCESS_TEXTURE];
     s->depth_lookups += (uint64_t)(counts[ACCESS_DEPTH] - left_region);
     s->color_lookups += (uint64_t)counts[ACCESS_COLOR];

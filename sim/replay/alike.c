@@ -21,12 +21,15 @@ static void find_deeds(arrival *a, const kernel_use *use, lane_deeds *deeds)
 {
     const dispatch_part part = {.lanes = 1, .first = deeds->lane, .count = 1};
     stamp *stamp = &deeds->stamp;
-    *stamp = (struct stamp){.lanes = 1, .quads = 1};
+    stamp->lanes = stamp->quads = 1;
     deeds->writes_depth = stamp_describe(a, use, &part, stamp);
     for (int i = 0; i < stamp->access_count; i++) {
         const plane_access *access = &a->accesses[i];
         deeds->accesses[i] = (plane_access){access->plane, access->unit, -access->read, -access->written};
     }
+    stamp->shaded = -stamp->shaded;
+    stamp->alive = -stamp->alive;
+    stamp->passed = -stamp->passed;
     find_written(a, deeds);
     deeds->known = true;
 }

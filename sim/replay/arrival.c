@@ -107,16 +107,16 @@ static void find_reads(arrival *a, const step *step)
 static void prefetch(arrival *a, const stamp_record *record)
 {
     const block_reads *reads = &a->reads;
-    const int first = __builtin_ctzll(record->lanes), last = 63 - __builtin_clzll(record->lanes);
     const uint32_t *block = arrival_block(a, record->tile);
+    const uint32_t *first = block + __builtin_ctzll(record->lanes), *last = block + (63 - __builtin_clzll(record->lanes));
     const int count = a->pack.reads_colors ? reads->count : reads->plain_count;
     if (a->sink->ahead)
         a->sink->ahead(a->sink->user, record->tile);
     skip_ahead(a, record->tile);
-    for (int i = 0; i < count; i++)
-        __builtin_prefetch(block + reads->offsets[i] + first);
-    for (int i = 0; first / PREFETCH_WORDS != last / PREFETCH_WORDS && i < count; i++)
-        __builtin_prefetch(block + reads->offsets[i] + last);
+    for (const uint32_t *offset = reads->offsets; offset < reads->offsets + count; offset++) {
+        __builtin_prefetch(first + *offset);  // often two lines; to ask whether costs more than to ask for one twice
+        __builtin_prefetch(last + *offset);
+    }
 }
 
 // Whether the step draws all stamps of a chunk.
@@ -218,7 +218,7 @@ static status fullscreen(arrival *a, const step *step)
     status status = begin_pass(a, PASS_FULLSCREEN, kernel->name, true, step, &a->uses[step->kernel]);
     bool empty_done = false;
     for (uint32_t i = 0; status == STATUS_OK && i < a->tiling.tile_count; i++) {
-        stamp stamp = {0};
+        stamp stamp;
         const uint32_t tile = tile_in_order(a, i);
         if (!tile_wanted(a, tile))
             continue;
@@ -249,8 +249,8 @@ static status copy(arrival *a, const step *step)
     const access_unit unit = color ? ACCESS_COLOR : ACCESS_DEPTH;
     status status = begin_pass(a, PASS_COPY, a->program->planes[step->plane].name, false, step, NULL);
     bool empty_done = false;
+    stamp stamp = {.draw = UINT32_MAX, .accesses = a->accesses, .access_count = 2};
     for (uint32_t i = 0; status == STATUS_OK && i < a->tiling.tile_count; i++) {
-        stamp stamp = {0};
         const uint32_t tile = tile_in_order(a, i);
         if (!tile_wanted(a, tile))
             continue;
@@ -260,13 +260,10 @@ static status copy(arrival *a, const step *step)
         empty_done |= empty;
         const uint64_t lanes = tiling_valid_lanes(&a->tiling, tile);
         stamp.tile = tile;
-        stamp.draw = UINT32_MAX;
         stamp.lanes = stamp.shaded = stamp.alive = stamp.passed = lanes;
         stamp.quads = stamp.quads_shaded = stamp.quads_passed = quads_of(a, lanes);
         a->accesses[0] = (plane_access){(uint8_t)from, unit, lanes, 0};
         a->accesses[1] = (plane_access){(uint8_t)to, unit, 0, lanes};
-        stamp.accesses = a->accesses;
-        stamp.access_count = 2;
         status = tell(a, &stamp);
     }
     return status == STATUS_OK ? end_pass(a) : status;

@@ -75,6 +75,8 @@ typedef struct phase_plan {
 // The first of a block's stamps in chunk.blocks that was neither looked at nor run (skip.c), if it is of this visit of a chunk.
 typedef struct block_cursor { uint64_t visit; uint32_t next; } block_cursor;
 
+enum { PACK_STEP = 4 };             // fragments that are gathered at once
+
 // Several stamps that one dispatch ran (pack.c); those from record `next` up to `end` have not been taken out.
 typedef struct stamp_pack {
     const stamp_chunk *chunk;
@@ -82,7 +84,7 @@ typedef struct stamp_pack {
     uint64_t pass;
     int kernel;
     uint32_t lane;                  // of the first fragment of `next`
-    uint32_t *at[TILE_LANES];       // each fragment's sample in its block's storage
+    uint32_t *at[TILE_LANES + PACK_STEP];  // each fragment's sample in its block's storage; behind them, of any
     uint32_t primitives[TILE_LANES];
     tile_plane planes[PLANE_MAX];
     uint32_t *words;                // that those lie in
@@ -106,9 +108,9 @@ typedef struct dispatch_sum {
 typedef struct lane_deeds {
     bool known;
     uint32_t lane;
-    stamp stamp;                    // of this lane alone, which is its lane 0
+    stamp stamp;                    // of this lane alone; what became of it: all 64 lanes or none
     bool writes_depth;              // the plane of the depth test
-    plane_access accesses[PLANE_MAX * 2];  // the stamp's: all 64 lanes or none
+    plane_access accesses[PLANE_MAX * 2];  // the stamp's: the same
     int written_count;
     kernel_plane written[PLANE_MAX];
 } lane_deeds;

@@ -12,7 +12,16 @@ bool pack_has(const arrival *a, int kernel, const stamp_chunk *chunk, const stam
     return p->next < p->end && p->chunk == chunk && record == &chunk->records[p->next] && p->kernel == kernel && p->pass == a->passes_begun;
 }
 
-// Finds each fragment's sample; returns how many there are.
+// The samples of a stamp's fragments, some at once and up to a whole step too many: how often a loop over few would end differs from stamp
+// to stamp.
+static inline void find_lanes(uint32_t *base, uint64_t lanes, uint32_t **at)
+{
+    for (; lanes; at += PACK_STEP)
+        for (int i = 0; i < PACK_STEP; i++, lanes &= lanes - 1)
+            at[i] = base + __builtin_ctzll(lanes | UINT64_C(1) << 63);
+}
+
+// Finds each fragment's sample and, to make whole steps of them, some behind; returns how many fragments there are.
 static uint32_t find_samples(arrival *a, const stamp_chunk *chunk, uint32_t first, uint32_t end)
 {
     uint32_t **at = a->pack.at;
@@ -21,9 +30,11 @@ static uint32_t find_samples(arrival *a, const stamp_chunk *chunk, uint32_t firs
         uint32_t *base = arrival_block(a, record->tile);
         if (a->visited)
             skip_catch_up(a, record->tile);
-        for (uint64_t left = record->lanes; left; left &= left - 1)
-            *at++ = base + __builtin_ctzll(left);
+        find_lanes(base, record->lanes, at);
+        at += record->fragments;
     }
+    for (int i = 0; i < PACK_STEP; i++)
+        at[i] = a->empty_storage;
     return (uint32_t)(at - a->pack.at);
 }
 
@@ -36,8 +47,9 @@ static void gather(const arrival *a, const kernel_use *use, uint32_t count)
         uint32_t *to = p->planes[plane->plane];
         if (!plane->read || plane->color)
             continue;
-        for (uint32_t i = 0; i < count; i++)
-            to[i] = p->at[i][from];
+        for (uint32_t *const *at = p->at; at < p->at + count; at += PACK_STEP, to += PACK_STEP)
+            for (int i = 0; i < PACK_STEP; i++)
+                to[i] = at[i][from];
     }
 }
 

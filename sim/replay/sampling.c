@@ -73,6 +73,8 @@ void phases_begin(arrival *a, uint64_t stamps)
 
 void phases_fill(arrival *a, const stamp *stamp)
 {
+    if (!a->options.sampling)
+        return;
     a->plan_of_phases.looked++;
     a->plan_of_phases.filled_stamps += !stamp->hierarchical;
     a->plan_of_phases.filled_quads += stamp->hierarchical ? 0 : stamp->quads;

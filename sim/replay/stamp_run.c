@@ -89,11 +89,11 @@ static bool describe_alike(arrival *a, const lane_deeds *deeds, stamp *stamp)
 {
     const struct stamp *one = &deeds->stamp;
     const uint64_t lanes = stamp->lanes;
-    stamp->shaded = one->shaded ? lanes : 0;
-    stamp->alive = one->alive ? lanes : 0;
-    stamp->passed = one->passed ? lanes : 0;
-    stamp->quads_shaded = one->quads_shaded ? stamp->quads : 0;
-    stamp->quads_passed = one->quads_passed ? stamp->quads : 0;
+    stamp->shaded = one->shaded & lanes;
+    stamp->alive = one->alive & lanes;
+    stamp->passed = one->passed & lanes;
+    stamp->quads_shaded = one->quads_shaded * stamp->quads;
+    stamp->quads_passed = one->quads_passed * stamp->quads;
     stamp->texture_reads = one->texture_reads * stamp->quads;
     stamp->kernel_slots = one->kernel_slots * stamp->quads;
     stamp->access_count = one->access_count;
@@ -120,9 +120,9 @@ depth_range block_depths(arrival *a, const kernel_use *use, uint32_t tile)
 
 bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record)
 {
-    const format format = use->depth_plane >= 0 ? bound_plane_format(a->bound, use->depth_plane) : a->machine->depth_format;
     if (!a->options.hierarchical || !use->hierarchical)
         return false;
+    const format format = use->depth_plane >= 0 ? bound_plane_format(a->bound, use->depth_plane) : a->machine->depth_format;
     const depth_range known = {record->nearest, record->farthest};
     const depth_range range = format == a->machine->depth_format ? known
                               : depth_range_of(chunk->codes[format] + record->offset, record->fragments);
