@@ -33,10 +33,9 @@ void stamp_chunk_columns(const stamp_chunk *chunk, const stamp_request *request,
         columns->to[count++] = chunk->rgba[c];
 }
 
-// Gives the columns room; behind the last fragment, a whole block may be read.
-static bool resize(stamp_chunk *chunk, const stamp_request *request, uint64_t capacity)
+bool stamp_chunk_resize(stamp_chunk *chunk, const stamp_request *request, uint64_t capacity)
 {
-    bool good = true;
+    bool good = true;  // behind the last fragment, a whole block may be read
     for (int f = 0; f < FORMAT_COUNT; f++)
         if (request->depth_formats >> f & 1)
             good = good && array_reserve(&chunk->codes[f], capacity + TILE_LANES, sizeof(uint32_t));
@@ -51,7 +50,7 @@ bool stamp_chunk_reserve(stamp_chunk *chunk, const stamp_request *request, uint6
 {
     bool good = true;
     if (chunk->fragment_count + fragments > chunk->fragment_capacity) {
-        good = resize(chunk, request, 2 * (chunk->fragment_count + fragments));
+        good = stamp_chunk_resize(chunk, request, 2 * (chunk->fragment_count + fragments));
         stamp_chunk_columns(chunk, request, columns);
     }
     if (good && chunk->count + records > chunk->capacity) {

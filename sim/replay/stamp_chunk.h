@@ -9,6 +9,8 @@
 bool array_reserve(void *array, uint64_t length, uint64_t size);
 // Has a run's columns go to the chunk's.
 void stamp_chunk_columns(const stamp_chunk *chunk, const stamp_request *request, word_columns *columns);
+// Room for so many fragments in all. False: out of memory.
+bool stamp_chunk_resize(stamp_chunk *chunk, const stamp_request *request, uint64_t capacity);
 // Room for more; columns follow the chunk's when these move. False: out of memory.
 bool stamp_chunk_reserve(stamp_chunk *chunk, const stamp_request *request, uint64_t fragments, uint32_t records, word_columns *columns);
 uint64_t stamp_chunk_bytes(const stamp_chunk *chunk, const stamp_request *request);

@@ -281,10 +281,12 @@ static bool add_run(stamps *s, const fragments *run, stamp_chunk *chunk, bool co
     return run->count ? !p->count || keep(p) : end_primitive(s, chunk, counting);
 }
 
-// Reads on until the chunk is full or the trace ends.
+// Reads on until the chunk is full or the trace ends. Columns that grow would be moved; room that is not written to costs nothing.
 static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
 {
-    const uint64_t total = trace_get_info(s->trace)->fragment_count;
+    const uint64_t total = trace_get_info(s->trace)->fragment_count, most = CHUNK_FRAGMENTS + CHUNK_FRAGMENTS / 8;
+    if (!stamp_chunk_resize(chunk, &s->request, total < most ? total : most))
+        return refuse_memory(s->report);
     while (!s->ended && chunk->fragment_count < CHUNK_FRAGMENTS) {
         fragments run;
         const status status = trace_next(s->trace, &run);
@@ -296,6 +298,8 @@ static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
         if (counting)
             report_progress(s->report, "reading stamps", chunk->fragment_count + (uint64_t)s->chunk_count * CHUNK_FRAGMENTS, total);
     }
+    if (!stamp_chunk_resize(chunk, &s->request, chunk->fragment_count))
+        return refuse_memory(s->report);
     if (s->request.blocks && !block_order_make(chunk, &s->request, s->tiling->tile_count, &chunk->blocks))
         return refuse_memory(s->report);
     return STATUS_OK;
