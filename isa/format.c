@@ -14,26 +14,49 @@ uint32_t format_far_code(format format)
     return format == FORMAT_z32f ? FLOAT_ONE : (uint32_t)((1ull << format_table[format].bits) - 1);
 }
 
-// floor(depth * far_code + 1/2) in exact arithmetic. The product in double can round up to a tie from below; what it lost
-// decides. Otherwise its rounding cannot cross the tie.
-static uint32_t unorm_code(double depth, uint32_t far_code)
+// What the device stores, origin + direction * depth, which is exact: NaN and -0 become 0.
+static double device_depth(double depth, double origin, double direction)
 {
-    const double scaled = depth * far_code, whole = (double)(int64_t)scaled, fraction = scaled - whole;
-    const bool up = fraction > 0.5 || (fraction == 0.5 && fma(depth, far_code, -scaled) >= 0.0);
-    return (uint32_t)whole + up;
+    const double device = origin + direction * depth, positive = device > 0.0 ? device : 0.0;
+    return positive > 1.0 ? 1.0 : positive;
+}
+
+// floor(depth * far_code + 1/2) in exact arithmetic. The product in double can round up to a tie from below; what it lost
+// decides. Otherwise it is farther from the tie than what it lost. The loss is exact: Veltkamp's halves of the depth have products
+// without rounding. There is no branch and no call, so that loops over depths become vectors.
+static uint32_t unorm_code(double depth, double far_code)
+{
+    const double scaled = depth * far_code, whole = (int32_t)scaled;
+    const double split = depth * 0x8000001p0, high = split - (split - depth), low = depth - high;
+    const double lost = (high * far_code - scaled) + low * far_code;
+    return (uint32_t)(int32_t)(whole + (scaled - whole - 0.5 + lost >= 0.0 ? 1.0 : 0.0));
+}
+
+// Non-negative floats order as their bits do, so a float's bits serve as its code.
+static uint32_t float_code(double depth)
+{
+    return float_bits((float)depth);
 }
 
 uint32_t format_depth_to_code(format format, double depth, bool reversed)
 {
-    double device = reversed ? 1.0 - depth : depth;
-    if (!(device > 0.0))  // also NaN and -0
-        device = 0.0;
-    if (device > 1.0)
-        device = 1.0;
+    uint32_t code;
+    format_depths_to_codes(format, &depth, 1, reversed, &code);
+    return code;
+}
+
+void format_depths_to_codes(format format, const double *depth, uint32_t count, bool reversed, uint32_t *codes)
+{
     const uint32_t far_code = format_far_code(format);
-    // Non-negative floats order as their bits do, so a float's bits serve as its code.
-    const uint32_t code = format == FORMAT_z32f ? float_bits((float)device) : unorm_code(device, far_code);
-    return reversed ? far_code - code : code;
+    const double origin = reversed ? 1.0 : 0.0, direction = reversed ? -1.0 : 1.0;
+    if (format == FORMAT_z32f)
+        for (uint32_t i = 0; i < count; i++)
+            codes[i] = float_code(device_depth(depth[i], origin, direction));
+    else
+        for (uint32_t i = 0; i < count; i++)
+            codes[i] = unorm_code(device_depth(depth[i], origin, direction), far_code);
+    for (uint32_t i = 0; reversed && i < count; i++)
+        codes[i] = far_code - codes[i];
 }
 
 double format_code_to_depth(format format, uint32_t code, bool reversed)

@@ -125,6 +125,8 @@ extern const char *const blend_equation_names[BLEND_EQUATION_COUNT];
 // (D3D11.3 17.10: min and max drop a NaN). `reversed`: the device stored 1 - depth (a reversed depth
 // buffer); the code still grows with distance. format: a DEPTH row.
 uint32_t format_depth_to_code(format format, double depth, bool reversed);
+// The codes of many depths, much faster than one by one.
+void format_depths_to_codes(format format, const double *depth, uint32_t count, bool reversed, uint32_t *codes);
 double format_code_to_depth(format format, uint32_t code, bool reversed);
 uint32_t format_far_code(format format);  // the code of depth 1; depth 0 is code 0
 

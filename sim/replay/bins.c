@@ -3,11 +3,10 @@
 // Two passes over the trace: the first counts each sample's fragments, from which every batch's lanes follow
 // (batch r has the lanes with more than r fragments), and so each fragment's place; the second puts them there.
 // Stored lanes are dense, so that memory follows the number of fragments, however uneven the tiles are.
-#include "replay.h"
+#include "lane_runs.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 static void widen(draw_range *range, const fragments *run)
 {
@@ -25,6 +24,38 @@ static draw_range *make_ranges(uint32_t draw_count)
     return ranges;
 }
 
+// Counts the fragments of a run. False: out of memory.
+static bool count_run(const tiling *tiling, const fragments *run, lane_runs *lane_runs, uint32_t *array)
+{
+    if (!lane_runs_find(lane_runs, tiling, run, false))
+        return false;
+    for (uint32_t i = 0, length; i < run->count; i += length) {
+        uint32_t *const samples = array + tiling_place(tiling, run->x[i], run->y[i], run->sample[i]);
+        length = lane_runs_length(lane_runs, i);
+        for (uint32_t lane = 0; lane < length; lane++)
+            samples[lane]++;
+    }
+    return true;
+}
+
+static status count_runs(trace *trace, const tiling *tiling, const report *report, lane_runs *lane_runs, sample_counts *counts)
+{
+    const trace_info *info = trace_get_info(trace);
+    status status = trace_rewind(trace);
+    trace_places_only(trace, false);  // the next who rewinds gets whole fragments
+    uint64_t done = 0;
+    for (fragments run; status == STATUS_OK && (status = trace_next(trace, &run)) == STATUS_OK && run.count;) {
+        const draw_class class = info->draws[run.draw].class;
+        if (!count_run(tiling, &run, lane_runs, class == CLASS_OPAQUE ? counts->opaque : counts->transparent))
+            return report_error(report, STATUS_IO, "out of memory: a run of %u fragments", run.count);
+        if (counts->ranges)
+            widen(&counts->ranges[run.draw], &run);
+        counts->class_fragments[class] += run.count;
+        report_progress(report, "counting fragments", done += run.count, info->fragment_count);
+    }
+    return status;
+}
+
 status bins_count(trace *trace, const tiling *tiling, bool ranges, const report *report, sample_counts *counts)
 {
     const trace_info *info = trace_get_info(trace);
@@ -40,22 +71,11 @@ status bins_count(trace *trace, const tiling *tiling, bool ranges, const report 
     }
     trace_select(trace, 0, 0, info->width, info->height);
     trace_places_only(trace, !ranges);
-    status status = trace_rewind(trace);
-    trace_places_only(trace, false);  // the next who rewinds gets whole fragments
-    uint64_t done = 0;
-    for (fragments run; status == STATUS_OK && (status = trace_next(trace, &run)) == STATUS_OK && run.count;) {
-        const draw_class class = info->draws[run.draw].class;
-        uint32_t *const array = class == CLASS_OPAQUE ? counts->opaque : counts->transparent;
-        for (uint32_t i = 0; i < run.count; i++) {
-            const uint32_t count = ++array[tiling_place(tiling, run.x[i], run.y[i], run.sample[i])];
-            if (class != CLASS_OPAQUE && count > counts->deepest)
-                counts->deepest = count;
-        }
-        if (ranges)
-            widen(&counts->ranges[run.draw], &run);
-        counts->class_fragments[class] += run.count;
-        report_progress(report, "counting fragments", done += run.count, info->fragment_count);
-    }
+    lane_runs lane_runs = {0};
+    const status status = count_runs(trace, tiling, report, &lane_runs, counts);
+    lane_runs_free(&lane_runs);
+    for (size_t place = 0; place < places; place++)
+        counts->deepest = counts->transparent[place] > counts->deepest ? counts->transparent[place] : counts->deepest;
     if (status != STATUS_OK)
         sample_counts_free(counts);
     return status;
@@ -172,43 +192,81 @@ static status allocate_columns(const bin_request *request, uint64_t count, const
 typedef struct filling {
     const tiling *tiling;
     bins *bins;
-    const sample_counts *counts;
     uint32_t *opaque_rank, *transparent_rank;  // fragments of the sample so far
     bool reversed;
     uint32_t formats;                          // whose codes are wanted
+    lane_runs lane_runs;
+    word_columns columns;                      // of the run at hand
+    draw_class class;
 } filling;
 
-// False if the file has more fragments there than when they were counted.
-static bool put(const filling *filling, const fragments *run, uint32_t i, draw_class class)
+static bool start_run(filling *filling, const fragments *run, draw_class class)
 {
-    bins *const bins = filling->bins;
-    const uint64_t first_place = (uint64_t)bins->first_tile * TILE_LANES;
-    const uint64_t place = tiling_place(filling->tiling, run->x[i], run->y[i], run->sample[i]) - first_place;
+    const bins *bins = filling->bins;
+    if (!lane_runs_find(&filling->lane_runs, filling->tiling, run, false) ||
+        !lane_runs_code(&filling->lane_runs, run, filling->formats, filling->reversed))
+        return false;
+    filling->class = class;
+    filling->columns.count = 0;
+    for (int f = 0; f < FORMAT_COUNT; f++)
+        if (bins->codes[f])
+            word_columns_add(&filling->columns, filling->lane_runs.codes[f], bins->codes[f]);
+    for (int c = 0; c < 4; c++)
+        word_columns_add(&filling->columns, run->rgba[c], bins->rgba[c]);
+    if (bins->primitive)
+        word_columns_add(&filling->columns, run->primitive, bins->primitive);
+    return true;
+}
+
+// How many samples from the first on have as many fragments so far as the first: their next ones go to one batch.
+static uint32_t count_equal(const uint32_t *ranks, uint32_t count)
+{
+    if (count >= 8 && memcmp(ranks, ranks + 1, (count - 1) * sizeof *ranks) == 0)
+        return count;
+    uint32_t equal = 1;
+    while (equal < count && ranks[equal] == ranks[0])
+        equal++;
+    return equal;
+}
+
+// Puts the fragments of a run from `from` on into lanes of a batch.
+static void put_into_batch(const filling *filling, const fragments *run, uint32_t from, uint32_t lane, uint32_t count, const bin_batch *batch)
+{
+    const bins *bins = filling->bins;
+    const uint64_t to = batch->offset + count_lanes(batch->lanes & ((1ull << lane) - 1));
+    word_columns_copy(&filling->columns, from, to, count);
+    if (bins->draw)
+        for (uint32_t i = 0; i < count; i++)
+            bins->draw[to + i] = run->draw;
+    if (bins->depth)
+        memcpy(&bins->depth[to], &run->depth[from], count * sizeof *bins->depth);
+}
+
+// Puts a lane run there. False if the file has more fragments there than when they were counted.
+static bool put(const filling *filling, const fragments *run, uint32_t from, uint32_t count)
+{
+    const bins *const bins = filling->bins;
+    const uint64_t place = tiling_place(filling->tiling, run->x[from], run->y[from], run->sample[from]) - (uint64_t)bins->first_tile * TILE_LANES;
     if (place >= (uint64_t)bins->tile_count * TILE_LANES)  // of another band; also wraps below zero
         return true;
     const bin *const bin = &bins->bins[place / TILE_LANES];
-    const uint64_t bit = 1ull << place % TILE_LANES;
-    const bool opaque = class == CLASS_OPAQUE;
-    const uint32_t rank = (opaque ? filling->opaque_rank : filling->transparent_rank)[place]++;
-    if (rank >= (opaque ? filling->counts->opaque : filling->counts->transparent)[first_place + place])
-        return false;
-    bin_batch *const batch = &bins->batches[bin->first_batch + (opaque ? 0 : bin->opaque_count) + rank];
-    if (class == CLASS_SORTED)
-        batch->sorted |= bit;
-    const uint64_t before = batch->lanes == UINT64_MAX ? place % TILE_LANES : count_lanes(batch->lanes & (bit - 1));
-    const uint64_t at = batch->offset + before;
-    for (uint32_t formats = filling->formats; formats; formats &= formats - 1) {
-        const int f = __builtin_ctz(formats);
-        bins->codes[f][at] = format_depth_to_code((format)f, run->depth[i], filling->reversed);
+    const bool opaque = filling->class == CLASS_OPAQUE;
+    const uint32_t batch_count = opaque ? bin->opaque_count : bin->transparent_count;
+    bin_batch *const batches = &bins->batches[bin->first_batch + (opaque ? 0 : bin->opaque_count)];
+    uint32_t *const ranks = (opaque ? filling->opaque_rank : filling->transparent_rank) + place;
+    for (uint32_t done = 0, equal; done < count; done += equal) {
+        equal = count_equal(ranks + done, count - done);
+        const uint32_t rank = ranks[done], lane = (uint32_t)(place % TILE_LANES) + done;
+        const uint64_t lanes = UINT64_MAX >> (TILE_LANES - equal) << lane;
+        bin_batch *const batch = &batches[rank];
+        if (rank >= batch_count || (batch->lanes & lanes) != lanes)
+            return false;
+        if (filling->class == CLASS_SORTED)
+            batch->sorted |= lanes;
+        for (uint32_t i = 0; i < equal; i++)
+            ranks[done + i] = rank + 1;
+        put_into_batch(filling, run, from + done, lane, equal, batch);
     }
-    for (int c = 0; c < 4; c++)
-        bins->rgba[c][at] = run->rgba[c][i];
-    if (bins->primitive)
-        bins->primitive[at] = run->primitive[i];
-    if (bins->draw)
-        bins->draw[at] = run->draw;
-    if (bins->depth)
-        bins->depth[at] = run->depth[i];
     return true;
 }
 
@@ -219,17 +277,20 @@ static void select_band(trace *trace, const tiling *tiling, uint32_t first, uint
     trace_select(trace, 0, y0, tiling->image_width, y1 < tiling->image_height ? y1 : tiling->image_height);
 }
 
-static status fill(trace *trace, const filling *filling, uint32_t end, const report *report)
+static status fill(trace *trace, filling *filling, uint32_t end, const report *report)
 {
     const trace_info *info = trace_get_info(trace);
     select_band(trace, filling->tiling, filling->bins->first_tile, end);
     status status = trace_rewind(trace);
     uint64_t done = 0;
     for (fragments run; status == STATUS_OK && (status = trace_next(trace, &run)) == STATUS_OK && run.count;) {
-        const draw_class class = info->draws[run.draw].class;
-        for (uint32_t i = 0; i < run.count; i++)
-            if (!put(filling, &run, i, class))
+        if (!start_run(filling, &run, info->draws[run.draw].class))
+            return report_error(report, STATUS_IO, "out of memory: a run of %u fragments", run.count);
+        for (uint32_t i = 0, length; i < run.count; i += length) {
+            length = lane_runs_length(&filling->lane_runs, i);
+            if (!put(filling, &run, i, length))
                 return report_error(report, STATUS_IO, "the trace changed while it was read");
+        }
         report_progress(report, "binning fragments", done += run.count, info->fragment_count);
     }
     return status;
@@ -244,14 +305,15 @@ status bins_build(trace *trace, const tiling *tiling, const sample_counts *count
     if (status == STATUS_OK)
         status = allocate_columns(request, fragment_count, report, bins);
     const size_t places = (size_t)(end - first) * TILE_LANES;
-    filling filling = {tiling, bins, counts, calloc(places, sizeof(uint32_t)), calloc(places, sizeof(uint32_t)),
-                       trace_get_info(trace)->reversed_depth, request->depth_formats};
+    filling filling = {.tiling = tiling, .bins = bins, .opaque_rank = calloc(places, sizeof(uint32_t)), .transparent_rank = calloc(places, sizeof(uint32_t)),
+                       .reversed = trace_get_info(trace)->reversed_depth, .formats = request->depth_formats};
     if (status == STATUS_OK && (!filling.opaque_rank || !filling.transparent_rank))
         status = report_error(report, STATUS_IO, "out of memory: %zu samples", places);
     if (status == STATUS_OK)
         status = fill(trace, &filling, end, report);
     free(filling.opaque_rank);
     free(filling.transparent_rank);
+    lane_runs_free(&filling.lane_runs);
     if (status != STATUS_OK)
         bins_free(bins);
     return status;

@@ -2,6 +2,7 @@
 //
 // Sampling passes over most stamps of a pass and runs them later, block by block. In order of arrival a block's fragments lie all
 // over the chunk; here they lie in batches ready for dispatch, so that nothing is looked for and nothing is moved.
+#include "lane_runs.h"
 #include "stamps.h"
 
 #include <stdlib.h>
@@ -69,19 +70,25 @@ static bool make_columns(const stamp_request *request, block_order *order)
 
 static void fill_columns(const stamp_chunk *chunk, block_order *order)
 {
+    word_columns columns = {0};
+    for (int f = 0; f < FORMAT_COUNT; f++)
+        if (order->codes[f])
+            word_columns_add(&columns, chunk->codes[f], order->codes[f]);
+    for (int c = 0; order->rgba[0] && c < 4; c++)
+        word_columns_add(&columns, chunk->rgba[c], order->rgba[c]);
     for (uint32_t i = 0; i < chunk->count; i++) {
         const stamp_record *record = &chunk->records[order->stamps[i].number];
-        const size_t to = (size_t)order->stamps[i].batch * TILE_LANES;
+        const uint64_t to = (uint64_t)order->stamps[i].batch * TILE_LANES;
         uint64_t from = record->offset;
-        for (uint64_t left = record->lanes; left; left &= left - 1, from++) {
-            const size_t lane = to + (size_t)__builtin_ctzll(left);
-            for (int f = 0; f < FORMAT_COUNT; f++)
-                if (order->codes[f])
-                    order->codes[f][lane] = chunk->codes[f][from];
-            for (int c = 0; order->rgba[0] && c < 4; c++)
-                order->rgba[c][lane] = chunk->rgba[c][from];
-            if (order->primitive)
-                order->primitive[lane] = record->primitive;
+        for (uint64_t left = record->lanes; left;) {
+            const uint32_t lane = (uint32_t)__builtin_ctzll(left);
+            const uint64_t gaps = ~(left >> lane);
+            const uint32_t count = gaps ? (uint32_t)__builtin_ctzll(gaps) : TILE_LANES;
+            word_columns_copy(&columns, from, to + lane, count);
+            for (uint32_t k = 0; order->primitive && k < count; k++)
+                order->primitive[to + lane + k] = record->primitive;
+            from += count;
+            left &= ~(UINT64_MAX >> (TILE_LANES - count) << lane);
         }
     }
 }

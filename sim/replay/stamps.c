@@ -7,20 +7,21 @@
 //
 // Stamps of one draw that follow each other and share no sample are a pack, as long as all their fragments find room in a block's
 // lanes: one dispatch can run them.
-#include "stamps.h"
+#include "arrival.h"
+#include "stamp_chunk.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { CHUNK_FRAGMENTS = 1 << 20 };
 
 typedef struct packed_block { uint64_t pack, lanes; } packed_block;
 
-typedef struct pending_fragment {
-    double depth;
-    float rgba[4];
-    uint32_t stamp, lane;
-} pending_fragment;
+// Fragments of the primitive that follow each other in lanes of a stamp.
+typedef struct pending_run {
+    uint32_t first;           // counted from the primitive's first fragment
+    uint32_t stamp;
+    uint8_t lane, count;
+} pending_run;
 
 // The primitive being read.
 typedef struct stamp_pending {
@@ -28,7 +29,7 @@ typedef struct stamp_pending {
     uint32_t *tiles;
     uint64_t *lanes;
     uint32_t tile_count, tile_capacity;
-    pending_fragment *fragments;
+    pending_run *runs;
     uint32_t count, capacity;
     uint32_t draw, primitive;
     uint32_t stamp;           // of the last fragment: the next one's block is the same most of the time
@@ -38,6 +39,11 @@ typedef struct stamp_pending {
     packed_block *packed;     // of each block: what the pack at hand has of it
     uint64_t pack;            // its number
     uint32_t pack_fragments, pack_draw;
+    lane_runs lane_runs;      // of the trace's run at hand
+    word_columns columns;     // that run's, and where they go
+    uint32_t begin, end;      // the primitive's fragments in that run, and what is between them
+    void *kept[COLUMNS_MAX];  // its fragments of runs before
+    uint32_t kept_count, kept_capacity;
 } stamp_pending;
 
 static status refuse_memory(const report *report)
@@ -59,63 +65,11 @@ static uint32_t region_count(const stamps *s)
     return s->request.region_pixels ? stamps_region(s, s->tiling.tile_count - 1) + 1 : 0;
 }
 
-// Room for `length` elements of `size` bytes; false: none.
-static bool reserve(void *array, uint64_t length, uint64_t size)
-{
-    void **const pointer = array;
-    void *grown = realloc(*pointer, (size_t)((length ? length : 1) * size));
-    if (grown)
-        *pointer = grown;
-    return grown;
-}
-
-static void chunk_free(stamp_chunk *chunk)
-{
-    free(chunk->records);
-    for (int f = 0; f < FORMAT_COUNT; f++)
-        free(chunk->codes[f]);
-    for (int c = 0; c < 4; c++)
-        free(chunk->rgba[c]);
-    block_order_free(&chunk->blocks);
-    *chunk = (stamp_chunk){0};
-}
-
 static void drop_chunks(stamps *s)
 {
     for (uint32_t i = 0; i < s->chunk_count; i++)
-        chunk_free(&s->chunks[i]);
+        stamp_chunk_free(&s->chunks[i]);
     s->chunk_count = 0;
-}
-
-static bool chunk_reserve(const stamp_request *request, stamp_chunk *chunk, uint64_t fragments, uint32_t records)
-{
-    bool good = true;
-    if (chunk->fragment_count + fragments > chunk->fragment_capacity) {
-        // Behind the last one, a whole block may be read.
-        uint64_t capacity = 2 * (chunk->fragment_count + fragments);
-        for (int f = 0; f < FORMAT_COUNT; f++)
-            if (request->depth_formats >> f & 1)
-                good = good && reserve(&chunk->codes[f], capacity + TILE_LANES, sizeof(uint32_t));
-        for (int c = 0; request->color && c < 4; c++)
-            good = good && reserve(&chunk->rgba[c], capacity + TILE_LANES, sizeof(float));
-        if (good)
-            chunk->fragment_capacity = capacity;
-    }
-    if (good && chunk->count + records > chunk->capacity) {
-        good = reserve(&chunk->records, 2 * (uint64_t)(chunk->count + records), sizeof *chunk->records);
-        if (good)
-            chunk->capacity = 2 * (chunk->count + records);
-    }
-    return good;
-}
-
-static uint64_t chunk_bytes(const stamp_request *request, const stamp_chunk *chunk)
-{
-    const uint64_t each = 4 * (uint64_t)__builtin_popcount(request->depth_formats) + (request->color ? 16 : 0);
-    const block_order *blocks = &chunk->blocks;
-    const uint64_t in_blocks = blocks->batch_count * (TILE_LANES * (each + 4 * request->primitive)) +
-                               (blocks->stamps ? chunk->count * (sizeof *blocks->stamps + sizeof *blocks->batches) : 0);
-    return chunk->fragment_capacity * each + chunk->capacity * sizeof *chunk->records + in_blocks;
 }
 
 // Puts the stamp into the pack at hand, or begins one with it.
@@ -156,26 +110,54 @@ static void put_records(const stamps *s, stamp_pending *p, stamp_chunk *chunk)
     chunk->fragment_count = offset;
 }
 
-static void put_fragments(const stamps *s, const stamp_pending *p, stamp_chunk *chunk)
+static void put_fragments(const stamps *s, const stamp_pending *p, const word_columns *columns, uint32_t begin, stamp_chunk *chunk)
 {
-    stamp_record *records = chunk->records + chunk->count - p->tile_count;
-    const bool reversed = trace_get_info(s->trace)->reversed_depth;
     for (uint32_t i = 0; i < p->count; i++) {
-        const pending_fragment *fragment = &p->fragments[i];
-        const uint64_t before = p->lanes[fragment->stamp] & ((1ull << fragment->lane) - 1);
-        const uint64_t at = p->offsets[fragment->stamp] + count_lanes(before);
-        for (uint32_t formats = s->request.depth_formats; formats; formats &= formats - 1) {
-            const int f = __builtin_ctz(formats);
-            const uint32_t code = chunk->codes[f][at] = format_depth_to_code((format)f, fragment->depth, reversed);
-            if (f != (int)s->request.range_format)
-                continue;
-            stamp_record *record = &records[fragment->stamp];
-            record->nearest = code < record->nearest ? code : record->nearest;
-            record->farthest = code > record->farthest ? code : record->farthest;
-        }
-        for (int c = 0; s->request.color && c < 4; c++)
-            chunk->rgba[c][at] = fragment->rgba[c];
+        const pending_run *run = &p->runs[i];
+        const uint64_t before = p->lanes[run->stamp] & ((1ull << run->lane) - 1);
+        word_columns_copy(columns, begin + run->first, p->offsets[run->stamp] + count_lanes(before), run->count);
     }
+    const uint32_t *codes = chunk->codes[s->request.range_format];
+    for (stamp_record *record = chunk->records + chunk->count - p->tile_count; codes && record < chunk->records + chunk->count; record++) {
+        const depth_range range = depth_range_of(codes + record->offset, record->fragments);
+        record->nearest = range.least;
+        record->farthest = range.most;
+    }
+}
+
+// Keeps what the run at hand has of the primitive, since the next run takes its place.
+static bool keep(stamp_pending *p)
+{
+    const uint32_t count = p->end - p->begin;
+    if (p->kept_count + count > p->kept_capacity) {
+        const uint32_t capacity = 2 * (p->kept_count + count);
+        for (uint32_t c = 0; c < p->columns.count; c++)
+            if (!array_reserve(&p->kept[c], capacity, sizeof(uint32_t)))
+                return false;
+        p->kept_capacity = capacity;
+    }
+    for (uint32_t c = 0; c < p->columns.count; c++)
+        memcpy((uint32_t *)p->kept[c] + p->kept_count, (const uint32_t *)p->columns.from[c] + p->begin, count * sizeof(uint32_t));
+    p->kept_count += count;
+    p->begin = p->end;
+    return true;
+}
+
+static bool put_primitive(const stamps *s, stamp_pending *p, stamp_chunk *chunk)
+{
+    put_records(s, p, chunk);
+    if (!p->kept_count) {
+        put_fragments(s, p, &p->columns, p->begin, chunk);
+        return true;
+    }
+    if (!keep(p))
+        return false;
+    word_columns columns = p->columns;
+    for (uint32_t c = 0; c < columns.count; c++)
+        columns.from[c] = p->kept[c];
+    put_fragments(s, p, &columns, 0, chunk);
+    p->kept_count = 0;
+    return true;
 }
 
 static void count_regions(stamps *s, stamp_pending *p)
@@ -194,10 +176,9 @@ static bool end_primitive(stamps *s, stamp_chunk *chunk, bool counting)
     stamp_pending *p = s->pending;
     if (!p->count)
         return true;
-    if (!chunk_reserve(&s->request, chunk, p->count, p->tile_count))
+    const uint64_t fragments = (uint64_t)p->kept_count + p->end - p->begin;
+    if (!stamp_chunk_reserve(chunk, &s->request, fragments, p->tile_count, &p->columns) || !put_primitive(s, p, chunk))
         return false;
-    put_records(s, p, chunk);
-    put_fragments(s, p, chunk);
     if (counting) {
         s->primitives[p->draw]++;
         s->stamp_count += p->tile_count;
@@ -221,13 +202,15 @@ static bool find_stamp(stamps *s, const fragments *run, uint32_t i, uint32_t til
     const bool again = found && (p->lanes[found - 1] & bit);
     if (p->count && (again || p->primitive != run->primitive[i] || p->draw != run->draw) && !end_primitive(s, chunk, counting))
         return false;
+    if (!p->count)
+        p->begin = i;
     p->draw = run->draw;
     p->primitive = run->primitive[i];
     if (!p->stamp_of_tile[tile]) {
         if (p->tile_count == p->tile_capacity) {
             const uint64_t capacity = p->tile_capacity ? 2 * (uint64_t)p->tile_capacity : 64;
-            if (!reserve(&p->tiles, capacity, sizeof *p->tiles) || !reserve(&p->lanes, capacity, sizeof *p->lanes) ||
-                !reserve(&p->offsets, capacity, sizeof *p->offsets))
+            if (!array_reserve(&p->tiles, capacity, sizeof *p->tiles) || !array_reserve(&p->lanes, capacity, sizeof *p->lanes) ||
+                !array_reserve(&p->offsets, capacity, sizeof *p->offsets))
                 return false;
             p->tile_capacity = (uint32_t)capacity;
         }
@@ -239,12 +222,13 @@ static bool find_stamp(stamps *s, const fragments *run, uint32_t i, uint32_t til
     return true;
 }
 
-static bool add_fragment(stamps *s, const tiling *tiling, const fragments *run, uint32_t i, stamp_chunk *chunk, bool counting)
+// Adds fragments of one primitive that follow each other in lanes of a block.
+static bool add_lane_run(stamps *s, const tiling *tiling, const fragments *run, uint32_t i, uint32_t count, stamp_chunk *chunk, bool counting)
 {
     stamp_pending *p = s->pending;
     const uint64_t place = tiling_place(tiling, run->x[i], run->y[i], run->sample[i]);
-    const uint32_t tile = (uint32_t)(place / TILE_LANES);
-    const uint64_t bit = 1ull << place % TILE_LANES;
+    const uint32_t tile = (uint32_t)(place / TILE_LANES), lane = (uint32_t)(place % TILE_LANES);
+    const uint64_t bit = 1ull << lane, lanes = UINT64_MAX >> (TILE_LANES - count) << lane;
     if (s->request.tiles && !s->request.tiles[tile])
         return true;
     // Most fragments lie in the block of the one before.
@@ -253,42 +237,77 @@ static bool add_fragment(stamps *s, const tiling *tiling, const fragments *run, 
         return false;
     if (p->count == p->capacity) {
         const uint64_t capacity = p->capacity ? 2 * (uint64_t)p->capacity : 1024;
-        if (!reserve(&p->fragments, capacity, sizeof *p->fragments))
+        if (!array_reserve(&p->runs, capacity, sizeof *p->runs))
             return false;
         p->capacity = (uint32_t)capacity;
     }
-    p->lanes[p->stamp] |= bit;
-    p->fragments[p->count++] = (pending_fragment){.depth = run->depth[i], .rgba = {run->rgba[0][i], run->rgba[1][i], run->rgba[2][i], run->rgba[3][i]},
-                                                  .stamp = p->stamp, .lane = (uint32_t)(place % TILE_LANES)};
+    const uint64_t again = p->lanes[p->stamp] & lanes;
+    const uint32_t added = again ? (uint32_t)__builtin_ctzll(again) - lane : count;
+    p->lanes[p->stamp] |= again ? lanes & ((again & -again) - 1) : lanes;
+    p->runs[p->count++] = (pending_run){p->kept_count + i - p->begin, p->stamp, (uint8_t)lane, (uint8_t)added};
+    p->end = i + added;
+    return added == count || add_lane_run(s, tiling, run, i + added, count - added, chunk, counting);
+}
+
+static bool start_run(stamps *s, const fragments *run, const stamp_chunk *chunk)
+{
+    stamp_pending *p = s->pending;
+    p->begin = p->end = 0;
+    if (run->count && (!lane_runs_find(&p->lane_runs, &s->tiling, run, true) ||
+                       !lane_runs_code(&p->lane_runs, run, s->request.depth_formats, trace_get_info(s->trace)->reversed_depth)))
+        return false;
+    p->columns.count = 0;
+    for (int f = 0; f < FORMAT_COUNT; f++)
+        if (s->request.depth_formats >> f & 1)
+            p->columns.from[p->columns.count++] = p->lane_runs.codes[f];
+    for (int c = 0; s->request.color && c < 4; c++)
+        p->columns.from[p->columns.count++] = run->rgba[c];
+    stamp_chunk_columns(chunk, &s->request, &p->columns);
     return true;
 }
 
-// In order of blocks one chunk takes the whole trace, if the budget does.
-static bool full(const stamps *s, const stamp_chunk *chunk)
+// Adds the next run of the trace to a chunk; without fragments it ends the last primitive.
+static bool add_run(stamps *s, const fragments *run, stamp_chunk *chunk, bool counting)
 {
-    const bool fits = s->request.blocks && s->whole && 2 * chunk_bytes(&s->request, chunk) <= s->request.memory_bytes;
-    return chunk->fragment_count >= CHUNK_FRAGMENTS && !fits;
+    const tiling tiling = s->tiling;  // a copy that nothing written here can change
+    stamp_pending *p = s->pending;
+    if (!start_run(s, run, chunk))
+        return false;
+    for (uint32_t i = 0, length; i < run->count; i += length) {
+        length = lane_runs_length(&p->lane_runs, i);
+        if (!add_lane_run(s, &tiling, run, i, length, chunk, counting))
+            return false;
+    }
+    return run->count ? !p->count || keep(p) : end_primitive(s, chunk, counting);
 }
 
-// Reads on until the chunk is full or the trace ends.
+// With how many fragments a chunk is full. In order of blocks one takes the whole trace, if the budget is likely to do: fragments lie
+// there twice, the second time with gaps.
+static uint64_t full_chunk(const stamps *s, uint64_t total)
+{
+    const bool takes_all = s->request.blocks && s->whole && total <= s->request.memory_bytes / (3 * stamp_fragment_bytes(&s->request) + 1);
+    return takes_all && total >= CHUNK_FRAGMENTS ? total + 1 : CHUNK_FRAGMENTS;
+}
+
+// Reads on until the chunk is full or the trace ends. Columns that grow would be moved; room that is not written to costs nothing.
 static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
 {
-    const uint64_t total = trace_get_info(s->trace)->fragment_count;
-    const tiling tiling = s->tiling;  // a copy that nothing written here can change
-    while (!s->ended && !full(s, chunk)) {
+    const uint64_t total = trace_get_info(s->trace)->fragment_count, full = full_chunk(s, total), most = full + CHUNK_FRAGMENTS / 8;
+    if (!stamp_chunk_resize(chunk, &s->request, total < most ? total : most))
+        return refuse_memory(s->report);
+    while (!s->ended && chunk->fragment_count < full) {
         fragments run;
         const status status = trace_next(s->trace, &run);
         if (status != STATUS_OK)
             return status;
         s->ended = run.count == 0;
-        for (uint32_t i = 0; i < run.count; i++)
-            if (!add_fragment(s, &tiling, &run, i, chunk, counting))
-                return refuse_memory(s->report);
-        if (s->ended && !end_primitive(s, chunk, counting))
+        if (!add_run(s, &run, chunk, counting))
             return refuse_memory(s->report);
         if (counting)
             report_progress(s->report, "reading stamps", chunk->fragment_count + (uint64_t)(s->chunk_count - 1) * CHUNK_FRAGMENTS, total);
     }
+    if (!stamp_chunk_resize(chunk, &s->request, chunk->fragment_count))
+        return refuse_memory(s->report);
     if (s->request.blocks && !block_order_make(chunk, &s->request, s->tiling.tile_count, &chunk->blocks))
         return refuse_memory(s->report);
     return STATUS_OK;
@@ -298,7 +317,7 @@ static bool add_chunk(stamps *s)
 {
     if (s->chunk_count == s->chunk_capacity) {
         const uint32_t capacity = s->chunk_capacity ? 2 * s->chunk_capacity : 16;
-        if (!reserve(&s->chunks, capacity, sizeof *s->chunks))
+        if (!array_reserve(&s->chunks, capacity, sizeof *s->chunks))
             return false;
         s->chunk_capacity = capacity;
     }
@@ -312,7 +331,7 @@ static status start_reading(stamps *s)
     trace_select(s->trace, 0, 0, info->width, info->height);
     trace_places_only(s->trace, false);
     s->ended = false;
-    s->pending->count = s->pending->tile_count = 0;
+    s->pending->count = s->pending->tile_count = s->pending->kept_count = 0;
     memset(s->pending->stamp_of_tile, 0, s->tiling.tile_count * sizeof *s->pending->stamp_of_tile);
     return trace_rewind(s->trace);
 }
@@ -329,7 +348,7 @@ static status read_all(stamps *s)
             return refuse_memory(s->report);
         stamp_chunk *chunk = &s->chunks[s->chunk_count - 1];
         status = fill_chunk(s, chunk, true);
-        bytes += chunk_bytes(&s->request, chunk);
+        bytes += stamp_chunk_bytes(chunk, &s->request);
         s->whole = s->whole && bytes <= s->request.memory_bytes;
     }
     if (!s->whole)
@@ -412,7 +431,10 @@ void stamps_destroy(stamps *s)
         free(s->pending->tiles);
         free(s->pending->lanes);
         free(s->pending->offsets);
-        free(s->pending->fragments);
+        free(s->pending->runs);
+        for (int c = 0; c < COLUMNS_MAX; c++)
+            free(s->pending->kept[c]);
+        lane_runs_free(&s->pending->lane_runs);
         free(s->pending->regions_seen);
         free(s->pending->packed);
     }

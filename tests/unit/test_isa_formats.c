@@ -112,6 +112,31 @@ static void test_depth_rounding(void **state)
     }
 }
 
+// Many at once come out as one by one, however many there are: random depths, ties and their neighbours, beyond both ends.
+static void test_depth_runs(void **state)
+{
+    (void)state;
+    enum { COUNT = 67 };
+    uint64_t seed = 2;
+    const format formats[] = {FORMAT_z16, FORMAT_z24, FORMAT_z32f};
+    int wrong = 0;
+    for (int turn = 0; turn < 20000; turn++) {
+        const format format = formats[turn % 3];
+        const uint32_t far = format_far_code(format), count = (uint32_t)(random_next(&seed) % (COUNT + 1));
+        const bool reversed = random_next(&seed) & 1;
+        double depth[COUNT];
+        uint32_t codes[COUNT];
+        for (uint32_t i = 0; i < count; i++) {
+            const double tie = ((double)(random_next(&seed) % far) + 0.5) / far;
+            depth[i] = i % 4 == 0 ? tie : i % 4 == 1 ? nextafter(tie, 0.0) : (double)(random_next(&seed) >> 11) * 0x1.4p-53 - 0.125;
+        }
+        format_depths_to_codes(format, depth, count, reversed, codes);
+        for (uint32_t i = 0; i < count; i++)
+            wrong += codes[i] != format_depth_to_code(format, depth[i], reversed);
+    }
+    assert_int_equal(wrong, 0);
+}
+
 // Why depth is quantised in double: in float, a quarter of all 24-bit codes does not come back.
 static void test_float_misrounds(void **state)
 {
@@ -269,7 +294,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_depth_codes),     cmocka_unit_test(test_depth_rounding),
-        cmocka_unit_test(test_float_misrounds), cmocka_unit_test(test_depth_specials),
+        cmocka_unit_test(test_depth_runs),      cmocka_unit_test(test_float_misrounds),
+        cmocka_unit_test(test_depth_specials),
         cmocka_unit_test(test_half_to_float),   cmocka_unit_test(test_float_to_half),
         cmocka_unit_test(test_rgba8),           cmocka_unit_test(test_rgba32f),
     };
