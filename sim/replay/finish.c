@@ -32,6 +32,8 @@ static status compare_band(replay *r, uint32_t first, uint32_t end)
 
 static status compare(replay *r)
 {
+    if (r->bins.shared)  // without exact depths
+        bins_free(&r->bins);
     const status status = each_band(r, compare_band);
     if (status != STATUS_OK)
         return status;

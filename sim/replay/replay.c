@@ -54,11 +54,10 @@ static status check_image(const replay *r)
                         (unsigned long long)(budget >> 20));
 }
 
-// What is asked of fragments that stamps do not have: their exact depth, and draws of several classes in a batch. Lists take
-// each sample's fragments from batch after batch.
+// Batches of draws go by exact depths, which stamps do not have; lists take each sample's fragments from batch after batch.
 static bool can_share(const replay *r, const program *program)
 {
-    return r->read && bins_can_share(r->read) && !r->options->reference && !r->plan.has_batches && !list_depth_formats(program, r->plan.bound);
+    return r->read && bins_can_share(r->read) && !r->plan.has_batches && !list_depth_formats(program, r->plan.bound);
 }
 
 static status run_bound(replay *r, const program *program, const bound_program *bound, const machine *machine)
