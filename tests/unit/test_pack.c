@@ -1,14 +1,13 @@
 // Stamps that one dispatch runs together against each of them for itself: every field of every stamp, every plane that it touches,
 // and what its block holds when it is told, must be the same.
+#include "trace_path.h"
+
 #include "../../sim/levels.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <cmocka.h>
-#include <stdlib.h>
-#include <unistd.h>
 
-static char path[] = "/tmp/ropsim_pack_XXXXXX.ropt";
 static const report quiet = {0};
 
 // A sum over all that stamps say, in their order.
@@ -83,7 +82,7 @@ static void compare(const char *name, const char *machine_name)
     run_result *function;
     assert_int_equal(machine_load(machine_name, &quiet, &machine), STATUS_OK);
     assert_int_equal(program_load(name, &quiet, file, sizeof file, &program), STATUS_OK);
-    assert_int_equal(trace_open(path, &quiet, &trace), STATUS_OK);
+    assert_int_equal(trace_open(trace_path, &quiet, &trace), STATUS_OK);
     assert_int_equal(replay_run(program, &machine, trace, &options, &quiet, &function), STATUS_OK);
     const told together = run(program, &machine, trace, function, false), apart = run(program, &machine, trace, function, true);
     assert_true(2 * together.small > together.stamps);  // else there is little to see
@@ -105,7 +104,7 @@ static void record(uint32_t samples)
     options.width = 72;
     options.height = 60;
     options.samples = samples;
-    assert_int_equal(record_scenes(scenes, 2, &options, path, &quiet), STATUS_OK);
+    assert_int_equal(record_scenes(scenes, 2, &options, trace_path, &quiet), STATUS_OK);
 }
 
 static void test_stamps_are_those_of_single_dispatches(void **state)
@@ -125,11 +124,5 @@ static void test_stamps_are_those_of_single_dispatches(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_stamps_are_those_of_single_dispatches)};
-    const int file = mkstemps(path, 5);
-    if (file < 0)
-        return 1;
-    close(file);
-    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    unlink(path);
-    return failed;
+    return cmocka_run_group_tests(tests, trace_path_make, trace_path_remove);
 }

@@ -1,14 +1,12 @@
 // The function level on a trace that the level sampled has read, against the same on the trace itself: no field of the result may differ.
+#include "trace_path.h"
+
 #include "../../sim/levels.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <cmocka.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
-static char path[] = "/tmp/ropsim_read_once_XXXXXX.ropt";
 static const report quiet = {0};
 
 static void assert_same_planes(const run_result *a, const run_result *b)
@@ -52,7 +50,7 @@ static bool compare(const char *name, const char *machine_name, uint64_t memory_
     const detail_options detail = {.level = DETAIL_SAMPLED, .memory_bytes = memory_bytes};
     assert_int_equal(machine_load(machine_name, &quiet, &machine), STATUS_OK);
     assert_int_equal(program_load(name, &quiet, file, sizeof file, &program), STATUS_OK);
-    assert_int_equal(trace_open(path, &quiet, &trace), STATUS_OK);
+    assert_int_equal(trace_open(trace_path, &quiet, &trace), STATUS_OK);
     assert_int_equal(replay_run(program, &machine, trace, &options, &quiet, &alone), STATUS_OK);
     assert_int_equal(detail_read(program, &machine, trace, &detail, &quiet, &read), STATUS_OK);
     assert_int_equal(replay_run_on(program, &machine, trace, read, &options, &quiet, &shared), STATUS_OK);
@@ -73,7 +71,7 @@ static void record(const char *const *scenes, int count, uint32_t samples)
     options.width = 100;  // the last blocks lie outside in part
     options.height = 75;
     options.samples = samples;
-    assert_int_equal(record_scenes(scenes, count, &options, path, &quiet), STATUS_OK);
+    assert_int_equal(record_scenes(scenes, count, &options, trace_path, &quiet), STATUS_OK);
 }
 
 static const char *const programs[][2] = {
@@ -110,11 +108,5 @@ int main(void)
         cmocka_unit_test(every_program_gives_the_same),
         cmocka_unit_test(what_cannot_be_shared_is_read),
     };
-    const int file = mkstemps(path, 5);
-    if (file < 0)
-        return 1;
-    close(file);
-    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    unlink(path);
-    return failed;
+    return cmocka_run_group_tests(tests, trace_path_make, trace_path_remove);
 }

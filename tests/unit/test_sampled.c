@@ -1,6 +1,7 @@
 // The level sampled against full cycle detail: equal where all is measured, the same bits by the same seed, and intervals that hold
 // the truth as often as they say.
 #include "messages.h"
+#include "trace_path.h"
 
 #include "../../sim/levels.h"
 
@@ -10,12 +11,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-static char path[] = "/tmp/ropsim_sampled_XXXXXX.ropt";
 static const report quiet = {0};
 
-// One program and machine on the trace at `path`: the function level once, deeper levels on top.
+// One program and machine on the trace at trace_path: the function level once, deeper levels on top.
 typedef struct bed {
     machine machine;
     program *program;
@@ -28,7 +27,7 @@ static void record(const char *scene, uint32_t size)
     record_options options;
     record_defaults(&options);
     options.width = options.height = size;
-    assert_int_equal(record_scenes(&scene, 1, &options, path, &quiet), STATUS_OK);
+    assert_int_equal(record_scenes(&scene, 1, &options, trace_path, &quiet), STATUS_OK);
 }
 
 static bed make(const char *name, const char *machine)
@@ -38,7 +37,7 @@ static bed make(const char *name, const char *machine)
     const run_options options = {.threads = 1, .occlusion_ratio = -1, .keep_planes = true, .log_conditions = true};
     assert_int_equal(machine_load(machine, &quiet, &b.machine), STATUS_OK);
     assert_int_equal(program_load(name, &quiet, file, sizeof file, &b.program), STATUS_OK);
-    assert_int_equal(trace_open(path, &quiet, &b.trace), STATUS_OK);
+    assert_int_equal(trace_open(trace_path, &quiet, &b.trace), STATUS_OK);
     assert_int_equal(replay_run(b.program, &b.machine, b.trace, &options, &quiet, &b.function), STATUS_OK);
     return b;
 }
@@ -117,7 +116,7 @@ static void test_passed_over_runs_all_the_same(void **state)
     record_options options;
     record_defaults(&options);
     options.width = options.height = 192;
-    assert_int_equal(record_scenes(scenes, 2, &options, path, &quiet), STATUS_OK);
+    assert_int_equal(record_scenes(scenes, 2, &options, trace_path, &quiet), STATUS_OK);
     for (int i = 0; i < 3; i++) {
         bed b = make(programs[i][0], programs[i][1]);
         detail_result *one = run(&b, DETAIL_SAMPLED, NULL), *anew = run_in(&b, DETAIL_SAMPLED, NULL, 1);
@@ -187,11 +186,5 @@ int main(void)
         cmocka_unit_test(test_passed_over_runs_all_the_same),
         cmocka_unit_test(test_intervals_cover),
     };
-    const int file = mkstemps(path, 5);
-    if (file < 0)
-        return 1;
-    close(file);
-    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    unlink(path);
-    return failed;
+    return cmocka_run_group_tests(tests, trace_path_make, trace_path_remove);
 }
