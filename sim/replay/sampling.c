@@ -19,15 +19,24 @@ static uint64_t draw_place(const arrival *a, uint64_t below)
     return (x ^ x >> 31) % below;
 }
 
-// Long passes have longer windows, so that leads weigh less; the part that is measured stays the same.
+// Long passes have longer windows, so that leads weigh less; the part that is measured stays the same. Few windows miss what is rare,
+// so windows that are long already grow only where twice as many are left.
+static uint64_t window_length(const sampling *s, uint64_t behind)
+{
+    enum { STRATA = 8, LONG = 8, STRATA_OF_LONG = 16, LONGEST = 32 };
+    const uint64_t every = s->period / s->window, least = s->window, most = LONG * least, longest = LONGEST * least;
+    const uint64_t window = behind / (every * STRATA), longer = behind / (every * STRATA_OF_LONG);
+    if (longer > most)
+        return longer < longest ? longer : longest;
+    return window < least ? least : window < most ? window : most;
+}
+
 static void cut(arrival *a)
 {
-    enum { STRATA = 8, LONGER_MOST = 32 };
     phase_plan *p = &a->plan_of_phases;
     const sampling *s = a->options.sampling;
     const uint64_t behind = p->stamps - p->head, every = s->period / s->window;
-    const uint64_t window = behind / (every * STRATA), most = (uint64_t)LONGER_MOST * s->window;
-    p->window = window < s->window ? s->window : window < most ? window : most;
+    p->window = window_length(s, behind);
     p->strata = behind / (every * p->window);
     p->strata = p->strata > 2 ? p->strata : 2;  // one window alone tells nothing of how windows differ
 }
