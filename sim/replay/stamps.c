@@ -129,6 +129,8 @@ static void put_fragments(const stamps *s, const stamp_pending *p, const word_co
 static bool keep(stamp_pending *p)
 {
     const uint32_t count = p->end - p->begin;
+    if (!count)
+        return true;
     if (p->kept_count + count > p->kept_capacity) {
         const uint32_t capacity = 2 * (p->kept_count + count);
         for (uint32_t c = 0; c < p->columns.count; c++)
