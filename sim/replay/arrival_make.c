@@ -92,10 +92,10 @@ static status make_planes(arrival *a)
     a->pack.words = storage_make(a->plan.tile_words);
     for (int i = 0; i < a->program->plane_count; i++)
         a->pack.planes[i] = a->pack.words + a->plan.plane_offset[i];
-    a->lanes_of_columns = aligned_alloc(64, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
+    a->lanes_of_columns = aligned_alloc(64, COLUMNS_MAX * TILE_LANES * sizeof *a->lanes_of_columns);
     const bool good = a->storage && a->empty_storage && a->empty_before && a->ranges && a->counts && a->log && a->pack.words && a->lanes_of_columns;
     if (good)
-        memset(a->lanes_of_columns, 0, (FORMAT_COUNT + 5) * TILE_LANES * sizeof *a->lanes_of_columns);
+        memset(a->lanes_of_columns, 0, COLUMNS_MAX * TILE_LANES * sizeof *a->lanes_of_columns);
     return good ? STATUS_OK : refuse_memory(a);
 }
 

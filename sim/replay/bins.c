@@ -56,26 +56,37 @@ static status count_runs(trace *trace, const tiling *tiling, const report *repor
     return status;
 }
 
-status bins_count(trace *trace, const tiling *tiling, bool ranges, const report *report, sample_counts *counts)
+bool sample_counts_make(const tiling *tiling, sample_counts *counts)
 {
-    const trace_info *info = trace_get_info(trace);
     const size_t places = (size_t)tiling->tile_count * TILE_LANES;
     memset(counts, 0, sizeof *counts);
     counts->opaque = calloc(places, sizeof *counts->opaque);
     counts->transparent = calloc(places, sizeof *counts->transparent);
+    return counts->opaque && counts->transparent;
+}
+
+void sample_counts_deepest(const tiling *tiling, sample_counts *counts)
+{
+    for (size_t place = 0; place < (size_t)tiling->tile_count * TILE_LANES; place++)
+        counts->deepest = counts->transparent[place] > counts->deepest ? counts->transparent[place] : counts->deepest;
+}
+
+status bins_count(trace *trace, const tiling *tiling, bool ranges, const report *report, sample_counts *counts)
+{
+    const trace_info *info = trace_get_info(trace);
+    bool good = sample_counts_make(tiling, counts);
     if (ranges)
-        counts->ranges = make_ranges(info->draw_count);
-    if (!counts->opaque || !counts->transparent || (ranges && !counts->ranges)) {
+        good = (counts->ranges = make_ranges(info->draw_count)) && good;
+    if (!good) {
         sample_counts_free(counts);
-        return report_error(report, STATUS_IO, "out of memory: %zu samples", places);
+        return report_error(report, STATUS_IO, "out of memory: %zu samples", (size_t)tiling->tile_count * TILE_LANES);
     }
     trace_select(trace, 0, 0, info->width, info->height);
     trace_places_only(trace, !ranges);
     lane_runs lane_runs = {0};
     const status status = count_runs(trace, tiling, report, &lane_runs, counts);
     lane_runs_free(&lane_runs);
-    for (size_t place = 0; place < places; place++)
-        counts->deepest = counts->transparent[place] > counts->deepest ? counts->transparent[place] : counts->deepest;
+    sample_counts_deepest(tiling, counts);
     if (status != STATUS_OK)
         sample_counts_free(counts);
     return status;

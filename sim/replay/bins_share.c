@@ -35,10 +35,6 @@ static void count_tile(const trace_info *info, const block_order *blocks, uint32
             array[lane] += (uint32_t)(lanes >> lane & 1);
         counts->class_fragments[class] += count_lanes(lanes);
     }
-    for (int lane = 0; lane < TILE_LANES; lane++) {
-        const uint32_t count = counts->transparent[(size_t)tile * TILE_LANES + (size_t)lane];
-        counts->deepest = count > counts->deepest ? count : counts->deepest;
-    }
 }
 
 // Appends the tile's batches of opaque draws, or of all others; returns how many.
@@ -69,19 +65,18 @@ status bins_share(const stamps *s, const report *report, sample_counts *counts, 
     const block_order *blocks = &s->chunks[0].blocks;
     const uint32_t tiles = s->tiling.tile_count;
     memset(bins, 0, sizeof *bins);
-    memset(counts, 0, sizeof *counts);
-    counts->opaque = calloc((size_t)tiles * TILE_LANES, sizeof *counts->opaque);
-    counts->transparent = calloc((size_t)tiles * TILE_LANES, sizeof *counts->transparent);
+    const bool counted = sample_counts_make(&s->tiling, counts);
     bins->shared = true;
     bins->tile_count = tiles;
     bins->bins = calloc(tiles, sizeof *bins->bins);
     bins->batches = malloc(((size_t)blocks->batch_count + 1) * sizeof *bins->batches);
-    if (!counts->opaque || !counts->transparent || !bins->bins || !bins->batches)
+    if (!counted || !bins->bins || !bins->batches)
         return report_error(report, STATUS_IO, "out of memory: %u batches", blocks->batch_count);
     for (uint32_t t = 0; t < tiles; t++) {
         count_tile(info, blocks, t, counts);
         add_tile(info, blocks, t, bins);
     }
+    sample_counts_deepest(&s->tiling, counts);
     memcpy(bins->codes, blocks->codes, sizeof bins->codes);
     memcpy(bins->rgba, blocks->rgba, sizeof bins->rgba);
     bins->primitive = blocks->primitive;

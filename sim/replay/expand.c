@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum { CACHE_BYTES = 768 * 1024, COLUMN_MAX = FORMAT_COUNT + 5 };
+enum { CACHE_BYTES = 768 * 1024 };
 
 struct expander {
     const bins *bins;

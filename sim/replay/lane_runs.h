@@ -35,8 +35,6 @@ static inline uint32_t lane_runs_length(const lane_runs *lane_runs, uint32_t fra
     return length;
 }
 
-enum { COLUMNS_MAX = FORMAT_COUNT + 5 };  // codes, rgba, primitive
-
 // Columns of 4-byte words and where they go.
 typedef struct word_columns {
     uint32_t count;

@@ -38,6 +38,8 @@ uint64_t tiling_sample(const tiling *tiling, uint32_t tile, uint32_t lane);
 typedef struct tiling_run { uint32_t lane, count; uint64_t sample; } tiling_run;
 tiling_run tiling_row(const tiling *tiling, uint32_t tile, uint32_t row);
 
+enum { COLUMNS_MAX = FORMAT_COUNT + 5 };  // of fragments: codes, rgba, primitive
+
 // Batch r of a tile holds the r-th fragment of each sample, so that no sample occurs twice and each sample's
 // fragments keep their order. Its fragments lie together, in order of lanes, from `offset` on.
 typedef struct bin_batch {
@@ -79,6 +81,9 @@ typedef struct sample_counts {
 } sample_counts;
 
 status bins_count(trace *trace, const tiling *tiling, bool ranges, const report *report, sample_counts *counts);
+// All 0, without ranges; false: out of memory. Then, once all are counted, `deepest`. Free also after a failure.
+bool sample_counts_make(const tiling *tiling, sample_counts *counts);
+void sample_counts_deepest(const tiling *tiling, sample_counts *counts);
 void sample_counts_free(sample_counts *counts);
 // One past the last tile of the band that starts at `first` and fits the budget (at least one tile).
 uint32_t bins_band_end(const tiling *tiling, const sample_counts *counts, const bin_request *request, uint32_t first);
