@@ -1,4 +1,4 @@
-// The stamps before a lead: caches see what they touched, and nobody counts it.
+// The stamps before a lead: caches see what they touched, and nobody counts it. What the lead touches comes by itself.
 //
 // They run block by block like those that are passed over (skip.c), several as one, in the order of each block's last stamp:
 // so caches end up with the lines that were used last, as they would.
@@ -63,19 +63,36 @@ static uint64_t blocks_that_fill(const machine *m)
     return 2 * (uint64_t)((most * m->partitions + m->l2_bytes) / m->line_bytes);
 }
 
+// Whether a record's block is drawn and had not been seen on this visit.
+static bool see(arrival *a, const stamp_record *record)
+{
+    if (a->warm_seen[record->tile] == a->warm_visit || !draws_class(a, a->visit_step, record->draw))
+        return false;
+    a->warm_seen[record->tile] = a->warm_visit;
+    return true;
+}
+
+// Blocks that the lead, which begins with number `first`, brings to caches itself.
+static uint64_t blocks_of_lead(arrival *a, uint32_t first)
+{
+    const uint64_t end = first + a->plan_of_phases.lead;
+    uint64_t count = 0;
+    for (uint64_t r = first; r < end && r < a->visited->count; r++)
+        count += see(a, &a->visited->records[r]);
+    return count;
+}
+
 status warm_run(arrival *a, uint32_t end)
 {
-    const uint64_t enough = blocks_that_fill(a->machine);
-    uint32_t count = 0, first = end;
-    status status = STATUS_OK;
     a->warm_visit++;
     a->warming = false;
+    const uint64_t all = blocks_that_fill(a->machine), led = blocks_of_lead(a, end), enough = all > led ? all - led : 0;
+    uint32_t count = 0, first = end;
+    status status = STATUS_OK;
     while (first > a->warm_first && count < enough) {
         const stamp_record *record = &a->visited->records[--first];
-        if (a->warm_seen[record->tile] == a->warm_visit || !draws_class(a, a->visit_step, record->draw))
-            continue;
-        a->warm_seen[record->tile] = a->warm_visit;
-        a->warm_blocks[count++] = record->tile;
+        if (see(a, record))
+            a->warm_blocks[count++] = record->tile;
     }
     while (status == STATUS_OK && count) {
         if (count > BLOCKS_AHEAD)
