@@ -9,14 +9,15 @@ sampling sampling_default(void)
     return (sampling){.head = 256, .warm = 8192, .lead = 2048, .window = 512, .period = 8192, .seed = 1};
 }
 
-// A random number below `below` from the seed, the pass and the stratum (splitmix64).
+// A random number below `below`, itself below 2^36, from the seed, the pass and the stratum (splitmix64). It is a part of `below`, not a
+// remainder: machines whose heads differ by little have windows at nearly the same places, and can be compared.
 static uint64_t draw_place(const arrival *a, uint64_t below)
 {
     uint64_t x = a->options.sampling->seed * UINT64_C(0x9e3779b97f4a7c15) + a->passes_begun * UINT64_C(0xbf58476d1ce4e5b9) +
                  a->plan_of_phases.stratum * UINT64_C(0x94d049bb133111eb);
     x = (x ^ x >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
     x = (x ^ x >> 27) * UINT64_C(0x94d049bb133111eb);
-    return (x ^ x >> 31) % below;
+    return ((x ^ x >> 31) >> 36) * below >> 28;
 }
 
 // Long passes have longer windows, so that leads weigh less; the part that is measured stays the same. Few windows miss what is rare,

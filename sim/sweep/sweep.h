@@ -6,7 +6,8 @@
 
 // ---- Columns: what is kept of a run (sweep_columns.c) ---------------------------------------------------
 
-// The rows of sweep_stats.def. Behind them come all statistics, then all derived numbers of stats.def, in its order.
+// The rows of sweep_stats.def. Behind them come all statistics, then all derived numbers of stats.def, in its order, then half the width of
+// each statistic's interval.
 typedef enum sweep_stat {
 #define SWEEP_COUNT(column, level, known, value) STAT_##column,
 #define SWEEP_REAL SWEEP_COUNT
@@ -20,7 +21,8 @@ typedef enum sweep_stat {
 enum {
     SWEEP_STATISTICS_FROM = SWEEP_STAT_COUNT,
     SWEEP_DERIVED_FROM = SWEEP_STATISTICS_FROM + STATISTIC_COUNT,
-    SWEEP_COLUMN_COUNT = SWEEP_DERIVED_FROM + DERIVED_COUNT
+    SWEEP_HALF_WIDTHS_FROM = SWEEP_DERIVED_FROM + DERIVED_COUNT,
+    SWEEP_COLUMN_COUNT = SWEEP_HALF_WIDTHS_FROM + STATISTIC_COUNT
 };
 
 typedef enum column_kind { COLUMN_COUNT, COLUMN_REAL, COLUMN_RESOURCE } column_kind;
@@ -29,8 +31,11 @@ typedef struct sweep_column {
     column_kind kind;
     detail_level level;  // the first at which it is known
 } sweep_column;
-// A row of stats.def whose name is that of another column or of a machine key has `statistic_` before it.
+// A row of stats.def whose name is that of another column or of a machine key has `statistic_` before it; a half width has `_half_width`
+// behind it.
 sweep_column sweep_get_column(int index);
+// The column with the half width of a column that holds an estimate at the level sampled; -1: it has none.
+int sweep_half_width_of(int index);
 column_kind sweep_column_kind(int index);  // the same at once: names are compared with all others
 
 // ---- Rows: what came of a run (sweep_row.c) ------------------------------------------------------------
@@ -158,6 +163,8 @@ void print_cell(const char *text, FILE *out);
 #define FIGURES_RULE "---:|---:|---:|---:|"
 void print_labels(const sweep *sweep, const sweep_combination *run, FILE *out);
 void print_figures(const sweep_row *row, FILE *out);
+// Of an estimate of this column " ± " and half its interval's width, divided by `unit`; of all else nothing.
+void print_half_width(const sweep_row *row, int column, double unit, int decimals, FILE *out);
 
 // ---- The store: an SQLite database (sweep_store.c) -----------------------------------------------------
 

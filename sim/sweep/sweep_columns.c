@@ -1,4 +1,4 @@
-// The columns of a run: rows of sweep_stats.def, then statistics and derived numbers of stats.def, by one index.
+// The columns of a run: rows of sweep_stats.def, then statistics, derived numbers and half widths of stats.def, by one index.
 //
 // A new row of either table is a new column, and needs no edit here; databases that lack it get it when they are
 // opened.
@@ -51,12 +51,27 @@ column_kind sweep_column_kind(int index)
     return index >= SWEEP_DERIVED_FROM ? COLUMN_REAL : COLUMN_COUNT;
 }
 
+int sweep_half_width_of(int index)
+{
+    if (index == STAT_cycles || index == STAT_drained_cycles)
+        return SWEEP_HALF_WIDTHS_FROM + STAT_INDEX_cycles;
+    if (index == SWEEP_DERIVED_FROM + DERIVED_INDEX_memory_bytes)
+        return STAT_memory_bytes_half_width;
+    return index >= SWEEP_STATISTICS_FROM && index < SWEEP_DERIVED_FROM ? index - SWEEP_STATISTICS_FROM + SWEEP_HALF_WIDTHS_FROM : -1;
+}
+
 sweep_column sweep_get_column(int index)
 {
     sweep_column column = {.kind = sweep_column_kind(index)};
     if (index < SWEEP_STATISTICS_FROM) {
         snprintf(column.name, sizeof column.name, "%s", own_rows[index].name);
         column.level = own_rows[index].level;
+        return column;
+    }
+    if (index >= SWEEP_HALF_WIDTHS_FROM) {
+        const sweep_column of = sweep_get_column(index - SWEEP_HALF_WIDTHS_FROM + SWEEP_STATISTICS_FROM);
+        snprintf(column.name, sizeof column.name, "%.*s_half_width", (int)(sizeof column.name - sizeof "_half_width"), of.name);
+        column.level = DETAIL_SAMPLED;
         return column;
     }
     const bool derived = index >= SWEEP_DERIVED_FROM;

@@ -48,6 +48,13 @@ void print_figures(const sweep_row *row, FILE *out)
     print_error(row, out);
 }
 
+void print_half_width(const sweep_row *row, int column, double unit, int decimals, FILE *out)
+{
+    const int half = sweep_half_width_of(column);
+    if (half >= 0 && row->stats[half].known)
+        fprintf(out, " ± %.*f", decimals, row->stats[half].real / unit);
+}
+
 static bool has_deeper(const sweep *sweep)
 {
     for (int i = 0; i < sweep->file.detail_count; i++) {
@@ -57,7 +64,7 @@ static bool has_deeper(const sweep *sweep)
     return false;
 }
 
-// Of the levels traffic and cycle.
+// Of the levels below function.
 static void print_deeper(const sweep_combination *run, const sweep_row *row, FILE *out)
 {
     const sweep_value *read = &row->stats[SWEEP_STATISTICS_FROM + STAT_INDEX_memory_bytes_read];
@@ -65,13 +72,16 @@ static void print_deeper(const sweep_combination *run, const sweep_row *row, FIL
     const sweep_value *cycles = &row->stats[STAT_drained_cycles], *bound = &row->stats[STAT_bound_by];
     print_cell(detail_level_names[run->detail], out);
     if (read->known && written->known)
-        fprintf(out, " %.3f |", (double)(read->count + written->count) / 1e6);
+        fprintf(out, " %.3f", (double)(read->count + written->count) / 1e6);
     else
-        fputs(" - |", out);
+        fputs(" -", out);
+    print_half_width(row, SWEEP_DERIVED_FROM + DERIVED_INDEX_memory_bytes, 1e6, 3, out);
     if (cycles->known)
-        fprintf(out, " %" PRId64 " |", cycles->count);
+        fprintf(out, " | %" PRId64, cycles->count);
     else
-        fputs(" - |", out);
+        fputs(" | -", out);
+    print_half_width(row, STAT_drained_cycles, 1, 0, out);
+    fputs(" |", out);
     print_cell(bound->known ? clock_resource_names[bound->count] : "-", out);
 }
 

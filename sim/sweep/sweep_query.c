@@ -37,7 +37,7 @@ typedef struct candidate {
     double value;
 } candidate;
 
-enum { NAMES_MAX = 256 };
+enum { NAMES_MAX = 512 };
 
 // ---- Names ---------------------------------------------------------------------------------------------
 
@@ -251,12 +251,16 @@ static int list_measures(const query *query, const measure *shown[SWEEP_BOUNDS_M
 static void print_number(const measure *measure, const sweep_combination *run, const sweep_row *row, FILE *out)
 {
     double number;
-    if (!get_number(measure, run, row, &number))
-        fputs(" - |", out);
+    const bool known = get_number(measure, run, row, &number);
+    if (!known)
+        fputs(" -", out);
     else if (measure->kind == COLUMN_REAL)
-        fprintf(out, " %.6g |", number);
+        fprintf(out, " %.6g", number);
     else
-        fprintf(out, " %.0f |", number);
+        fprintf(out, " %.0f", number);
+    if (known && measure->column >= 0)
+        print_half_width(row, measure->column, 1, 0, out);
+    fputs(" |", out);
 }
 
 static status print_run(sweep *sweep, const query *query, uint64_t index, FILE *out)

@@ -58,6 +58,8 @@ void sweep_row_fill(sweep_row *row, const run_result *result, const detail_resul
     for (int i = 0; i < DERIVED_COUNT; i++)
         row->stats[SWEEP_DERIVED_FROM + i] =
             real_of(d->level >= derived_rows[i].level, derived_value(i, &d->total, &d->machine));
+    for (int i = 0; i < STATISTIC_COUNT; i++)
+        row->stats[SWEEP_HALF_WIDTHS_FROM + i] = real_of(d->level == DETAIL_SAMPLED, d->half_widths[i]);
     for (int i = 0; i < r->plane_count; i++)
         row->planes[i] = r->planes[i];
 }

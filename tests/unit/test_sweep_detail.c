@@ -37,6 +37,9 @@ static void columns_have_names_of_their_own(void **state)
     assert_string_equal(sweep_get_column(SWEEP_STATISTICS_FROM + STAT_INDEX_cycles).name, "statistic_cycles");
     assert_string_equal(sweep_get_column(SWEEP_STATISTICS_FROM + STAT_INDEX_fragments).name, "fragments");
     assert_string_equal(sweep_get_column(SWEEP_DERIVED_FROM + DERIVED_INDEX_memory_bytes).name, "memory_bytes");
+    assert_string_equal(sweep_get_column(sweep_half_width_of(STAT_drained_cycles)).name, "statistic_cycles_half_width");
+    assert_string_equal(sweep_get_column(sweep_half_width_of(SWEEP_STATISTICS_FROM + STAT_INDEX_row_hits)).name, "row_hits_half_width");
+    assert_int_equal(sweep_half_width_of(STAT_plane_bytes), -1);
 }
 
 // ---- Against ropsim run --json -------------------------------------------------------------------------
@@ -88,7 +91,22 @@ static const char *longest_bound(const json_t *passes)
     return clock_resource_names[longest];
 }
 
-// Every column that the JSON has under its name: those of the result, then statistics and derived numbers.
+// Whether a column is half an interval's width: it is what the JSON says of the level sampled, and NULL of all others.
+static bool compare_half_width(sqlite3_stmt *statement, int column, const char *stem, const json_t *object, const char *detail)
+{
+    static const char ending[] = "_half_width";
+    char of[NAME_SIZE];
+    const size_t length = strlen(stem);
+    if (length < sizeof ending || strcmp(stem + length - (sizeof ending - 1), ending) != 0)
+        return false;
+    snprintf(of, sizeof of, "%.*s", (int)(length - (sizeof ending - 1)), stem);
+    json_t *half = json_object_get(json_object_get(object, "half_widths"), of);
+    assert_int_equal(half != NULL, strcmp(detail, "sampled") == 0);
+    compare(statement, column, half, detail);
+    return true;
+}
+
+// Every column that the JSON has under its name: those of the result, then statistics, derived numbers and half widths.
 static int compare_row(sqlite3_stmt *statement, json_t *object, const char *detail)
 {
     json_t *counts = json_object_get(object, "statistics"), *numbers = json_object_get(object, "derived");
@@ -96,6 +114,7 @@ static int compare_row(sqlite3_stmt *statement, json_t *object, const char *deta
     for (int i = 0; i < sqlite3_column_count(statement); i++) {
         const char *name = sqlite3_column_name(statement, i);
         const char *stem = strncmp(name, "statistic_", 10) == 0 ? name + 10 : name;
+        compared += compare_half_width(statement, i, stem, object, detail);
         for (int k = 0; k < STATISTIC_COUNT; k++) {
             if (strcmp(stem, statistic_rows[k].name) == 0 && (stem != name || strcmp(name, "cycles") != 0)) {
                 compare(statement, i, json_object_get(counts, stem), detail);
@@ -142,7 +161,7 @@ static void rows_hold_what_the_command_says(void **state)
         const char *detail = (const char *)sqlite3_column_text(statement, 2);
         json_t *object = run_command(&f, (const char *)sqlite3_column_text(statement, 0),
                                      (const char *)sqlite3_column_text(statement, 1), "cache_misses_max=2", detail);
-        assert_int_equal(compare_row(statement, object, detail), STATISTIC_COUNT + DERIVED_COUNT);
+        assert_int_equal(compare_row(statement, object, detail), 2 * STATISTIC_COUNT + 1 + DERIVED_COUNT);
         json_decref(object);
     }
     assert_int_equal(rows, 16);
