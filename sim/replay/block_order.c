@@ -7,6 +7,8 @@
 
 #include <stdlib.h>
 
+enum { RECORDS_AHEAD = 16 };  // that are asked for before they are needed
+
 void block_order_free(block_order *order)
 {
     free(order->stamps);
@@ -32,11 +34,27 @@ static void sort(const stamp_chunk *chunk, uint32_t tile_count, block_order *ord
         order->stamps[next[chunk->records[r].tile]++] = (block_stamp){chunk->records[r].lanes, r, 0};
 }
 
+// A block's stamps lie all over the chunk: asks for the record of one that comes later.
+static void prefetch_record(const stamp_chunk *chunk, const block_order *order, uint32_t i)
+{
+    if (i < chunk->count)
+        __builtin_prefetch(&chunk->records[order->stamps[i].number]);
+}
+
+// The same of its fragments; its record is there.
+static void prefetch_fragments(const stamp_chunk *chunk, const block_order *order, uint32_t i, const word_columns *columns)
+{
+    if (i < chunk->count)
+        for (uint32_t c = 0; c < columns->count; c++)
+            __builtin_prefetch((const uint32_t *)columns->from[c] + chunk->records[order->stamps[i].number].offset);
+}
+
 // Stamps of one block and draw that share no sample make a batch.
 static void make_batches(const stamp_chunk *chunk, block_order *order)
 {
     const stamp_record *before = NULL;
     for (uint32_t i = 0; i < chunk->count; i++) {
+        prefetch_record(chunk, order, i + RECORDS_AHEAD);
         const stamp_record *record = &chunk->records[order->stamps[i].number];
         block_batch *batch = &order->batches[order->batch_count - !!before];
         if (!before || before->tile != record->tile || before->draw != record->draw || (batch->lanes & record->lanes)) {
@@ -77,6 +95,8 @@ static void fill_columns(const stamp_chunk *chunk, block_order *order)
     for (int c = 0; order->rgba[0] && c < 4; c++)
         word_columns_add(&columns, chunk->rgba[c], order->rgba[c]);
     for (uint32_t i = 0; i < chunk->count; i++) {
+        prefetch_record(chunk, order, i + RECORDS_AHEAD);
+        prefetch_fragments(chunk, order, i + RECORDS_AHEAD / 2, &columns);
         const stamp_record *record = &chunk->records[order->stamps[i].number];
         const uint64_t to = (uint64_t)order->stamps[i].batch * TILE_LANES;
         uint64_t from = record->offset;
