@@ -268,12 +268,22 @@ status memory_check(const memory *memory, const statistics *total, const report 
 // Least and most lines that a set of a cache holds, over all partitions: how evenly sets are used.
 void memory_occupancy(const memory *memory, access_unit cache, uint32_t *least, uint32_t *most, uint32_t *sets);
 
+// The bank that row number `number` of a channel lies in (docs/dram.md).
+static inline uint64_t bank_of_row(uint64_t number, uint64_t banks)
+{
+    const uint64_t row = number / banks;
+    return (number + row + row / banks) % banks;
+}
+
 // ---- Time (from sim/clock) -----------------------------------------------------------------------------
 
 typedef struct timeline timeline;
 typedef struct clock_state clock_state;
+enum { REQUEST_FORMATS = 4 };
+extern const char *const request_formats[REQUEST_FORMATS];
 typedef struct clock_config {
     const char *requests_path, *requests_format;  // NULL, or requests to memory as they are issued, see docs/dram.md
+    const int *requests_channel;                  // NULL: of all channels, or of this one alone
     timeline *timeline;                           // NULL, or what units do goes there; the caller finishes it
 } clock_config;
 

@@ -5,6 +5,7 @@
 // of theirs back to it.
 #include "sampling_words.h"
 
+#include <limits.h>
 #include <string.h>
 
 enum {
@@ -23,6 +24,7 @@ enum {
     ROW_TIMELINE,
     ROW_REQUESTS,
     ROW_REQUESTS_FORMAT,
+    ROW_REQUESTS_CHANNEL,
     ROW_SAMPLE_EVERY,
     ROW_SAMPLE_WINDOW,
     ROW_SEED
@@ -49,6 +51,7 @@ static const command_option option_rows[] = {
     [ROW_REQUESTS] = {"requests", 0, "FILE", "cycle: write each request to memory as it is issued"},
     [ROW_REQUESTS_FORMAT] = {"requests-format", 0, "FORMAT",
                              "of --requests: dramsim3, ramulator, ramulator2 or csv; default csv"},
+    [ROW_REQUESTS_CHANNEL] = {"requests-channel", 0, "N", "of --requests: only those of channel N, from 0; default: of all channels"},
     [ROW_SAMPLE_EVERY] = SAMPLE_EVERY_ROW,
     [ROW_SAMPLE_WINDOW] = SAMPLE_WINDOW_ROW,
     [ROW_SEED] = SEED_ROW,
@@ -57,6 +60,8 @@ static const command_option option_rows[] = {
 
 typedef struct run_words {
     const char *program, *trace, *machine, *detail, *image, *json, *csv, *timeline, *requests, *requests_format;
+    bool one_channel;
+    int channel;
     detail_level level;
     run_options options;
     sampling_words sampling;
@@ -75,6 +80,10 @@ static bool take_option(int option, const char *value, run_words *words)
     case ROW_TIMELINE: words->timeline = value; return true;
     case ROW_REQUESTS: words->requests = value; return true;
     case ROW_REQUESTS_FORMAT: words->requests_format = value; return true;
+    case ROW_REQUESTS_CHANNEL:
+        words->one_channel = command_uint("requests-channel", value, 0, INT_MAX, &number);
+        words->channel = (int)number;
+        return words->one_channel;
     case ROW_NO_REFERENCE: words->options.reference = false; return true;
     case ROW_THREADS: return command_threads(value, &words->options.threads);
     case ROW_ITERATIONS: return command_uint("max-iterations", value, 0, UINT64_MAX, &words->options.max_iterations);
@@ -115,7 +124,6 @@ static bool refuse(const char *why)
 // What is asked for and what the level gives; false after saying what does not go together.
 static bool check_words(run_words *words)
 {
-    static const char *const formats[] = {"dramsim3", "ramulator", "ramulator2", "csv"};
     const int level = find_choice("detail", words->detail, detail_level_names, DETAIL_COUNT);
     if (level < 0)
         return false;
@@ -128,11 +136,13 @@ static bool check_words(run_words *words)
         return refuse("--timeline wants --detail cycle");
     if (words->requests && words->level != DETAIL_CYCLE)
         return refuse("--requests wants --detail cycle");
+    if (words->one_channel && !words->requests)
+        return refuse("--requests-channel wants --requests FILE");
     if (words->requests_format && !words->requests)
         return refuse("--requests-format wants --requests FILE");
     if (!words->requests_format)
         words->requests_format = "csv";
-    if (find_choice("requests-format", words->requests_format, formats, sizeof formats / sizeof *formats) < 0)
+    if (find_choice("requests-format", words->requests_format, request_formats, REQUEST_FORMATS) < 0)
         return false;
     return !words->image || image_check_ending(words->image, &command_report) == STATUS_OK;
 }
@@ -149,6 +159,7 @@ static status run_detail(const run_words *words, const program *program, const m
     const clock_config files = {
         .requests_path = words->requests,
         .requests_format = words->requests ? words->requests_format : NULL,
+        .requests_channel = words->one_channel ? &words->channel : NULL,
         .timeline = timeline,
     };
     detail_options options = *without_files;

@@ -18,6 +18,16 @@ static channel_timing timing_of(const machine *m)
         .t_wtr = m->memory_t_wtr, .latency_cycles = m->memory_latency_cycles, .write_queue = m->memory_write_queue};
 }
 
+static status open_log(clock_state *c, const clock_config *config)
+{
+    const request_space space = {.burst_bytes = (uint32_t)c->machine->memory_burst_bytes,
+                                 .channels = c->partition_count,
+                                 .only = config->requests_channel,
+                                 .banks = (uint64_t)c->machine->memory_banks,
+                                 .row_bytes = (uint64_t)c->machine->memory_row_bytes};
+    return request_log_open(config->requests_path, config->requests_format, &space, c->report, &c->log);
+}
+
 status clock_create(const machine *machine, const frame *frame, const uint32_t slots[ACCESS_UNITS], const clock_config *config,
                     const report *report, clock_state **result)
 {
@@ -44,8 +54,7 @@ status clock_create(const machine *machine, const frame *frame, const uint32_t s
     c->in_order = config && (config->requests_path || config->timeline);
     status status = good ? STATUS_OK : refuse_memory(c);
     if (status == STATUS_OK && config && config->requests_path)
-        status = request_log_open(config->requests_path, config->requests_format, (uint32_t)machine->memory_burst_bytes,
-                                  c->partition_count, report, &c->log);
+        status = open_log(c, config);
     for (int i = 0; status == STATUS_OK && c->log && i < c->partition_count; i++)
         channel_log(c->partitions[i].channel, c->log, i);
     if (status == STATUS_OK)

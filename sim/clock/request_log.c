@@ -3,7 +3,7 @@
 // Channels are told of their requests one after the other, and each may be ahead of the next. So requests wait in a
 // heap, earliest on top, and are written when it is full or at the end.
 #include "request_log.h"
-#include "../sim.h"
+#include "../levels.h"
 
 #include <assert.h>
 #include <inttypes.h>
@@ -18,7 +18,7 @@ typedef struct log_line {
 } log_line;
 
 typedef struct log_format {
-    const char *name, *header;
+    const char *header;
     void (*print)(FILE *file, const log_line *line);
 } log_format;
 
@@ -43,13 +43,13 @@ static void print_csv(FILE *file, const log_line *line)
             line->memory_clock, line->channel, line->local, line->bytes, line->write ? "write" : "read", line->flat);
 }
 
-static const log_format formats[] = {
-    {"dramsim3", "", print_dramsim3},
-    {"ramulator", "", print_ramulator},
-    {"ramulator2", "", print_ramulator2},
-    {"csv", "core_cycle,memory_clock,channel,address,bytes,operation,flat_address\n", print_csv},
+const char *const request_formats[REQUEST_FORMATS] = {"dramsim3", "ramulator", "ramulator2", "csv"};
+static const log_format formats[REQUEST_FORMATS] = {  // in their order
+    {"", print_dramsim3},
+    {"", print_ramulator},
+    {"", print_ramulator2},
+    {"core_cycle,memory_clock,channel,address,bytes,operation,flat_address\n", print_csv},
 };
-enum { FORMATS = sizeof formats / sizeof *formats };
 
 typedef struct held_request {
     logged_request request;
@@ -60,38 +60,40 @@ struct request_log {
     aside *aside;
     FILE *file;
     const log_format *format;
-    uint32_t burst_bytes;
+    request_space space;
+    int only;                                        // -1: all
     uint64_t channels;                               // of the flat address: a power of two
     uint64_t calls, late, core_cycle, memory_clock;  // the last two: what the file has reached
     uint32_t held;
     held_request heap[REQUEST_LOG_HELD + 1];
 };
 
-status request_log_open(const char *path, const char *format, uint32_t burst_bytes, int channels, const report *report,
-                        request_log **log)
+static status refuse_format(const char *format, const report *report)
 {
+    const char *near = nearest_word(format, request_formats, REQUEST_FORMATS);
+    return report_error(report, STATUS_USAGE, "'%s' is no format of a request log (dramsim3, ramulator, ramulator2, csv)%s%s%s", format,
+                        near ? "; did you mean " : "", near ? near : "", near ? "?" : "");
+}
+
+status request_log_open(const char *path, const char *format, const request_space *space, const report *report, request_log **log)
+{
+    int found = 0;
     *log = NULL;
-    const char *names[FORMATS];
-    const log_format *found = NULL;
-    for (int i = 0; i < FORMATS; i++) {
-        names[i] = formats[i].name;
-        if (strcmp(format, formats[i].name) == 0)
-            found = &formats[i];
-    }
-    if (!found) {
-        const char *near = nearest_word(format, names, FORMATS);
-        return report_error(report, STATUS_USAGE,
-                            "'%s' is no format of a request log (dramsim3, ramulator, ramulator2, csv)%s%s%s", format,
-                            near ? "; did you mean " : "", near ? near : "", near ? "?" : "");
-    }
-    assert(burst_bytes > 0 && channels > 0);
+    assert(space->burst_bytes > 0 && space->channels > 0 && space->banks > 0 && space->row_bytes >= space->burst_bytes);
+    while (found < REQUEST_FORMATS && strcmp(format, request_formats[found]) != 0)
+        found++;
+    if (found == REQUEST_FORMATS)
+        return refuse_format(format, report);
+    if (space->only && (*space->only < 0 || *space->only >= space->channels))
+        return report_error(report, STATUS_USAGE, "there is no channel %d: the machine has %d, numbered from 0", *space->only, space->channels);
     request_log *new = malloc(sizeof *new);
     if (!new)
         return report_error(report, STATUS_IO, "%s: out of memory", path);
-    new->format = found;
-    new->burst_bytes = burst_bytes;
+    new->format = &formats[found];
+    new->space = *space;
+    new->only = space->only ? *space->only : -1;
     new->channels = 1;
-    while (new->channels < (uint64_t)channels)
+    while (!space->only && new->channels < (uint64_t)space->channels)
         new->channels *= 2;
     new->calls = new->late = new->core_cycle = new->memory_clock = 0;
     new->held = 0;
@@ -100,7 +102,7 @@ status request_log_open(const char *path, const char *format, uint32_t burst_byt
         free(new);
         return result;
     }
-    fputs(found->header, new->file);  // an error stays with the file until request_log_finish
+    fputs(new->format->header, new->file);  // an error stays with the file until request_log_finish
     *log = new;
     return STATUS_OK;
 }
@@ -139,33 +141,43 @@ static held_request heap_pop(request_log *log)
 
 // ---- Lines ---------------------------------------------------------------------------------------------
 
+// A simulator takes bank and row from an address's bits, so they stand there as the channel has them; a burst lies within a row.
+static uint64_t flat_address(const request_log *log, const logged_request *request, uint64_t address)
+{
+    const request_space *space = &log->space;
+    const uint64_t number = address / space->row_bytes, first_of_banks = number - number % space->banks;
+    const uint64_t place = (first_of_banks + bank_of_row(number, space->banks)) * space->row_bytes + address % space->row_bytes;
+    const uint64_t channel = log->only < 0 ? (uint64_t)request->channel : 0;
+    return (place / space->burst_bytes * log->channels + channel) * space->burst_bytes;
+}
+
 static void write_earliest(request_log *log)
 {
     const held_request top = heap_pop(log);
     const logged_request *request = &top.request;
+    const uint64_t burst_bytes = log->space.burst_bytes, first = request->address / burst_bytes * burst_bytes;
     if (request->core_cycle > log->core_cycle) {
         log->core_cycle = request->core_cycle;
         log->memory_clock = request->memory_clock;
     }
     // A late one has the cycle of the line before, so that cycles never go back.
-    for (uint64_t done = 0; done < request->bytes; done += log->burst_bytes) {
-        uint64_t burst = (request->address + done) / log->burst_bytes;
-        log->format->print(log->file,
-                           &(log_line){
-                               .core_cycle = log->core_cycle,
-                               .memory_clock = log->memory_clock,
-                               .local = burst * log->burst_bytes,
-                               .flat = (burst * log->channels + (uint64_t)request->channel) * log->burst_bytes,
-                               .bytes = log->burst_bytes,
-                               .channel = request->channel,
-                               .write = request->write,
-                           });
-    }
+    for (uint64_t done = 0; done < request->bytes; done += burst_bytes)
+        log->format->print(log->file, &(log_line){
+                                          .core_cycle = log->core_cycle,
+                                          .memory_clock = log->memory_clock,
+                                          .local = first + done,
+                                          .flat = flat_address(log, request, first + done),
+                                          .bytes = (uint32_t)burst_bytes,
+                                          .channel = request->channel,
+                                          .write = request->write,
+                                      });
 }
 
 void request_log_add(request_log *log, const logged_request *request)
 {
-    assert(request->channel >= 0 && (uint64_t)request->channel < log->channels);
+    assert(request->channel >= 0 && request->channel < log->space.channels);
+    if (log->only >= 0 && request->channel != log->only)
+        return;
     log->late += request->core_cycle < log->core_cycle;
     heap_push(log, &(held_request){*request, log->calls++});
     if (log->held > REQUEST_LOG_HELD)

@@ -10,10 +10,17 @@
 
 typedef struct request_log request_log;
 
-// format: dramsim3, ramulator, ramulator2 or csv; STATUS_USAGE if it is none of them. channels: at least 1. The file is
+// Where a request lies in the one space of all channels.
+typedef struct request_space {
+    uint32_t burst_bytes;
+    int channels;                  // at least 1
+    const int *only;               // NULL, or the one channel that is logged: a space by itself
+    uint64_t banks, row_bytes;     // of a channel; row_bytes: a multiple of burst_bytes
+} request_space;
+
+// format: one of request_formats (levels.h); STATUS_USAGE if it is none of them, or if there is no channel `only`. The file is
 // written aside and renamed into place by request_log_finish. `report` outlives the log.
-status request_log_open(const char *path, const char *format, uint32_t burst_bytes, int channels, const report *report,
-                        request_log **log);
+status request_log_open(const char *path, const char *format, const request_space *space, const report *report, request_log **log);
 
 // A request as a channel accepted it. core_cycle and memory_clock: the same moment; address and bytes: within the
 // channel, whole bursts. Lines are sorted by core cycle, then in order of calls, as long as none comes more than
@@ -24,7 +31,7 @@ typedef struct logged_request {
     int channel;
     bool write;
 } logged_request;
-void request_log_add(request_log *log, const logged_request *request);
+void request_log_add(request_log *log, const logged_request *request);  // of another channel than `only`: nothing
 
 uint64_t request_log_late(const request_log *log);  // requests that came too late for their place
 status request_log_finish(request_log *log);        // frees the log, also on failure; then no file stays

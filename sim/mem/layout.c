@@ -80,13 +80,6 @@ static status choose_on_chip(memory *m)
     return STATUS_OK;
 }
 
-// The bank that a row lies in (docs/dram.md).
-static uint64_t bank_of(const machine *k, uint64_t number)
-{
-    const uint64_t banks = (uint64_t)k->memory_banks, row = number / banks;
-    return (number + row + row / banks) % banks;
-}
-
 status layout_make(memory *m)
 {
     enum { PLANE_BANKS = 3 };  // from one plane to the next: stamps go to and fro between planes, each time to another row
@@ -94,7 +87,7 @@ status layout_make(memory *m)
     status status = deal_out(m);
     if (status != STATUS_OK)
         return status;
-    const uint64_t row = (uint64_t)m->machine->memory_row_bytes, blocks = most_blocks(m);
+    const uint64_t row = (uint64_t)m->machine->memory_row_bytes, banks = (uint64_t)m->machine->memory_banks, blocks = most_blocks(m);
     uint64_t base = 0;
     for (int i = 0; i < f->plane_count; i++) {
         plane_layout *plane = &m->planes[i];
@@ -111,7 +104,7 @@ status layout_make(memory *m)
         for (uint32_t quarters = STATE_CLEARED; quarters <= STATE_WHOLE; quarters++)
             plane->state_bytes[quarters] = round_to_bursts(m, (plane->part_bytes * quarters + 3) / 4);
         plane->part_stride = power_above(round_to_bursts(m, plane->part_bytes));
-        while (bank_of(m->machine, base / row) != (uint64_t)(PLANE_BANKS * i) % (uint64_t)m->machine->memory_banks)
+        while (bank_of_row(base / row, banks) != (uint64_t)(PLANE_BANKS * i) % banks)
             base += row;
         plane->base = base;
         plane->unit = color ? ACCESS_COLOR : ACCESS_DEPTH;

@@ -54,6 +54,8 @@ run 2 "--csv wants --detail traffic, cycle or sampled" --csv "$work/no.csv"
 run 2 "--timeline wants --detail cycle" --timeline "$work/no.json"
 run 2 "--timeline wants --detail cycle" --detail traffic --timeline "$work/no.json"
 run 2 "--requests wants --detail cycle" --detail traffic --requests "$work/no.txt"
+run 2 "there is no channel 6: the machine has 6, numbered from 0" --detail cycle --requests "$work/no.txt" --requests-channel 6
+run 2 "--requests-channel wants --requests FILE" --detail cycle --requests-channel 0
 run 2 "--requests-format wants --requests FILE" --detail cycle --requests-format csv
 run 2 '--requests-format is `trace`, but must be dramsim3' --detail cycle --requests "$work/no.txt" --requests-format trace
 run 3 "cannot be written" --detail cycle --timeline "$work/none/timeline.json"
