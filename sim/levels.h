@@ -179,6 +179,8 @@ typedef struct arrival_options {
 // Reads what the replay of a program in order of arrival needs. `trace` must outlive it. Free with stamps_destroy.
 status stamps_read(const program *program, const machine *machine, trace *trace, const arrival_options *options, const report *report,
                    stamps **stamps);
+// Whether it would make the same, so that these do for this run, too.
+bool stamps_fit(const stamps *stamps, const program *program, const machine *machine, const trace *trace, const arrival_options *options);
 void stamps_destroy(stamps *stamps);  // NULL is fine
 // replay_run without reading the trace once more, if `read` (NULL: it is) has all of it.
 status replay_run_on(const program *program, const machine *machine, trace *trace, const stamps *read, const run_options *options,
@@ -355,16 +357,19 @@ typedef struct detail_options {
     uint64_t memory_bytes;
     const uint8_t *tiles;       // as arrival_options
     const sampling *sampling;   // DETAIL_SAMPLED: NULL: sampling_default
-    stamps *stamps;             // NULL, or what detail_read made with these options
+    stamps *stamps;             // NULL, or what detail_read made, if detail_fits
 } detail_options;
 
 // One stamp in 16, and seed 1.
 sampling sampling_default(void);
 
-// Reads the trace for the level and for replay_run_on, where one reading serves both (sampled); else *stamps is NULL. Any number of runs on
-// this program, machine and trace may use it. Free with stamps_destroy.
+// Reads the trace for a level below `function`. Any number of runs may use it, one at a time, of whatever program, machine and options it
+// fits; detail_run reads for itself where there is none. `trace` and `report` must outlive it. Free with stamps_destroy.
 status detail_read(const program *program, const machine *machine, trace *trace, const detail_options *options, const report *report,
                    stamps **stamps);
+bool detail_fits(const stamps *stamps, const program *program, const machine *machine, const trace *trace, const detail_options *options);
+// Whether replay_run_on can use it: then the trace is read first, and only once. Elsewhere it would lie beside the function level's bins.
+bool detail_reads_first(const machine *machine, const detail_options *options);
 // `function` as for arrival_create, with keep_planes where tiles is NULL. Conservation is checked in every run.
 status detail_run(const program *program, const machine *machine, trace *trace, const run_result *function,
                   const detail_options *options, const report *report, detail_result **result);

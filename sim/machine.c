@@ -134,6 +134,18 @@ void machine_limits(const machine *machine, rop_limits *limits)
     };
 }
 
+bool machine_same_limits(const machine *a, const machine *b)
+{
+    rop_limits x, y;
+    machine_limits(a, &x);
+    machine_limits(b, &y);
+    return x.fixed_function == y.fixed_function && x.depth_format == y.depth_format && x.color_format == y.color_format &&
+           x.stencil_bits == y.stencil_bits && x.clip_interpolated == y.clip_interpolated && x.formats == y.formats &&
+           x.opcodes == y.opcodes && x.planes_max == y.planes_max && x.bits_per_sample_max == y.bits_per_sample_max &&
+           x.color_targets_max == y.color_targets_max && x.instructions_max == y.instructions_max &&
+           x.list_entries_max == y.list_entries_max;
+}
+
 bool machine_get_value(const machine *machine, int index, machine_value *value)
 {
     _Static_assert(sizeof value->text == PARAM_TEXT_SIZE, "a value is as long as param_write may make it");

@@ -191,6 +191,8 @@ status machine_print(const machine *machine, FILE *out);                        
 status machine_print_keys(FILE *out);                                                // every key, as a Markdown table
 void machine_hash(const machine *machine, char hash[33]);                            // of all values, not of the name
 void machine_limits(const machine *machine, rop_limits *limits);
+// Whether both have the same limits, which are all that the function level knows of a machine: every program gives the same result on both.
+bool machine_same_limits(const machine *a, const machine *b);
 
 // A key with its value as text, as machine files write it, and as a number where it is one.
 typedef enum machine_value_kind { MACHINE_VALUE_INTEGER, MACHINE_VALUE_BOOL, MACHINE_VALUE_TEXT } machine_value_kind;

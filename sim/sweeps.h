@@ -14,7 +14,7 @@ typedef struct sweep_totals { uint64_t combinations, there, done, refused, faile
 // Reads the file and what it names, records its scenes, opens or creates its database. `report` must outlive the sweep.
 status sweep_open(const char *path, const report *report, sweep **sweep);
 void sweep_close(sweep *sweep);  // NULL is fine
-// Runs what is not in the database, `jobs` at a time, each in a process of its own; the caller has no other thread running.
+// Runs what is not in the database, `jobs` at a time in as many processes; the caller has no other thread running.
 // Whatever ends this process, what was done stays and the next call goes on.
 status sweep_run(sweep *sweep, int jobs, sweep_totals *totals);
 

@@ -204,7 +204,7 @@ static status run(const run_words *words, const machine *machine)
     status status = trace_open(words->trace, &command_report, &trace);
     if (status == STATUS_OK)
         status = command_load_program(words->program, machine, &program);
-    if (status == STATUS_OK)
+    if (status == STATUS_OK && detail_reads_first(machine, &detail_options))
         status = detail_read(program, machine, trace, &detail_options, &command_report, &detail_options.stamps);
     if (status == STATUS_OK)
         status = replay_run_on(program, machine, trace, detail_options.stamps, &options, &command_report, &result);

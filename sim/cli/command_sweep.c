@@ -24,7 +24,7 @@ enum {
 };
 static const command_option option_rows[] = {
     [ROW_JOBS] = {"jobs", 0, "N",
-                  "runs at the same time (under mpirun: on each rank), each a process; default 1, at most 256"},
+                  "runs at the same time (under mpirun: on each rank), in as many processes; default 1, at most 256"},
     [ROW_NO_RUN] = {"no-run", 0, NULL, "run nothing; print what is there"},
     [ROW_TABLE] = {"table", 0, NULL, "print the results as a Markdown table"},
     [ROW_CSV] = {"csv", 0, "FILE", "write the results as CSV, all statistics"},

@@ -79,7 +79,7 @@ static status work(const trade_row *row, detail_level level, const sampling *fir
     status status = trace_open(row->trace, &command_report, &trace);
     if (status == STATUS_OK)
         status = command_load_program(row->program, row->machine, &program);
-    if (status == STATUS_OK)
+    if (status == STATUS_OK && detail_reads_first(row->machine, &detail_options))
         status = detail_read(program, row->machine, trace, &detail_options, &command_report, &detail_options.stamps);
     if (status == STATUS_OK)
         status = replay_run_on(program, row->machine, trace, detail_options.stamps, &options, &command_report, &function);

@@ -179,10 +179,19 @@ status detail_read(const program *program, const machine *machine, trace *trace,
 {
     const sampling sampling = sampling_of(options);
     const arrival_options arrival_options = arrival_options_of(machine, options, &sampling);
-    *stamps = NULL;
-    if (options->level != DETAIL_SAMPLED || machine->tile_based)
-        return STATUS_OK;
     return stamps_read(program, machine, trace, &arrival_options, report, stamps);
+}
+
+bool detail_fits(const stamps *stamps, const program *program, const machine *machine, const trace *trace, const detail_options *options)
+{
+    const sampling sampling = sampling_of(options);
+    const arrival_options arrival_options = arrival_options_of(machine, options, &sampling);
+    return stamps_fit(stamps, program, machine, trace, &arrival_options);
+}
+
+bool detail_reads_first(const machine *machine, const detail_options *options)
+{
+    return options->level == DETAIL_SAMPLED && !machine->tile_based;
 }
 
 static status make_models(detail *d, const program *program, trace *trace, const run_result *function, const detail_options *options)

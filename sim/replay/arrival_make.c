@@ -47,21 +47,38 @@ static stamp_request stamps_wanted(const program *program, const bound_program *
     };
 }
 
-status stamps_read(const program *program, const machine *machine, trace *trace, const arrival_options *options, const report *report,
-                   stamps **stamps)
+static status find_request(const program *program, const machine *machine, const trace *trace, const arrival_options *options,
+                           const report *report, stamp_request *request)
 {
     const trace_info *info = trace_get_info(trace);
     rop_limits limits;
     bound_program *bound;
-    *stamps = NULL;
     machine_limits(machine, &limits);
-    status status = bind_program(program, &limits, info->reversed_depth, info->background, report, &bound);
+    const status status = bind_program(program, &limits, info->reversed_depth, info->background, report, &bound);
     if (status != STATUS_OK)
         return status;
-    const stamp_request request = stamps_wanted(program, bound, machine, options);
-    status = stamps_make(trace, &request, report, stamps);
+    *request = stamps_wanted(program, bound, machine, options);
     bound_destroy(bound);
-    return status;
+    return STATUS_OK;
+}
+
+status stamps_read(const program *program, const machine *machine, trace *trace, const arrival_options *options, const report *report,
+                   stamps **stamps)
+{
+    stamp_request request;
+    *stamps = NULL;
+    const status status = find_request(program, machine, trace, options, report, &request);
+    return status == STATUS_OK ? stamps_make(trace, &request, report, stamps) : status;
+}
+
+bool stamps_fit(const stamps *stamps, const program *program, const machine *machine, const trace *trace, const arrival_options *options)
+{
+    const stamp_request *made = &stamps->request;
+    stamp_request wanted;
+    return stamps->trace == trace && find_request(program, machine, trace, options, NULL, &wanted) == STATUS_OK &&
+           made->depth_formats == wanted.depth_formats && made->range_format == wanted.range_format && made->color == wanted.color &&
+           made->primitive == wanted.primitive && made->memory_bytes == wanted.memory_bytes && made->tiles == wanted.tiles &&
+           made->region_pixels == wanted.region_pixels && made->blocks == wanted.blocks;
 }
 
 static status take_stamps(arrival *a, trace *trace)

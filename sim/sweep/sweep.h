@@ -121,6 +121,31 @@ char *sweep_path(const sweep_file *file, const char *path);
 // The trace of a line `record SCENE...`, recorded to `path`.
 status sweep_record(const sweep_file *file, const sweep_word *line, const char *path, const report *report);
 
+// ---- Runs, one after the other in one process (sweep_share.c) ------------------------------------------
+
+// What a result of the function level depends on, beside the trace.
+typedef struct sweep_made {
+    char program_hash[33];
+    uint64_t max_iterations;
+    bool deeper;  // with what a deeper level needs of it
+    machine machine;
+} sweep_made;
+
+// What runs share: kept of one run for the next. Starts as zeros, and stays where it is.
+typedef struct sweep_share {
+    report report;  // of the run at hand, into its row; what is kept reports there, too
+    trace *trace;   // NULL: nothing is kept
+    stamps *stamps;
+    run_result *function;
+    sweep_made made;
+    struct {
+        uint64_t opened, read, replayed;
+    } counts;  // how often each of the three was made
+} sweep_share;
+
+void sweep_share_run(sweep_share *share, const sweep *sweep, const sweep_combination *run, sweep_row *row);
+void sweep_share_drop(sweep_share *share);  // frees all that is kept
+
 // ---- Pools: places that take runs and give rows back ---------------------------------------------------
 
 typedef enum sweep_slot_state {
@@ -148,7 +173,7 @@ struct sweep_pool {
     void (*close)(sweep_pool *pool);                              // drops what is on its way, and frees
 };
 
-// Processes of this machine, one a run, at most `jobs` at a time (sweep_processes.c).
+// Processes of this machine, `jobs` of them, each with one run at a time (sweep_processes.c).
 status processes_open(const sweep *sweep, int jobs, sweep_pool **pool);
 // Runs what is missing, and closes the pool (sweep_run.c).
 status sweep_run_in(sweep *sweep, sweep_pool *pool, sweep_totals *totals);

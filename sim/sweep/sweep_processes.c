@@ -1,7 +1,8 @@
-// Runs in processes of this machine: one process a run, at most `jobs` at a time.
+// Runs in processes of this machine: a worker for each slot, which takes one run after the other.
 //
-// A process replays and writes one sweep_row into its pipe; it never touches the database. So a crash of a run costs
-// that run alone, and comes back as a row that says how it ended.
+// A worker replays and sends back one sweep_row a run; it never touches the database. A crash of a run ends its worker,
+// but costs that run alone: it comes back as a row that says how it ended, and the slot gets a new worker for its next
+// run. So does one whose worker ended without a run at hand.
 #include "sweep.h"
 
 #include <errno.h>
@@ -10,13 +11,21 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-// Of a slot that is busy.
+// What a worker is told of a run. Its copy of the sweep may be older than the trace's hash, which rank 0 says with each
+// run.
+typedef struct request {
+    uint64_t index;
+    char trace_hash[33];
+} request;
+
+// The worker of a slot, busy or not.
 typedef struct process {
-    pid_t pid;
-    int pipe;
+    pid_t pid;   // 0: there is none
+    int socket;  // requests go there, rows come back
     size_t received;
 } process;
 
@@ -26,143 +35,138 @@ typedef struct processes {
     process *processes;  // one a slot
 } processes;
 
-// ---- In the process of a run ---------------------------------------------------------------------------
-
-// A deeper level refuses a machine, or finds a mistake of its own; that is no property of the machine.
-static sweep_outcome outcome_of(status status, const char *why)
+// All of it, or false. A worker that is gone must not end us by a signal.
+static bool send_whole(int socket, const void *data, size_t size)
 {
-    if (status == STATUS_OK)
-        return OUTCOME_DONE;
-    return status == STATUS_REFUSED && !strstr(why, "internal error: ") ? OUTCOME_REFUSED : OUTCOME_FAILED;
+    for (size_t sent = 0; sent < size;) {
+        const ssize_t count = send(socket, (const char *)data + sent, size - sent, MSG_NOSIGNAL);
+        if (count < 0 && errno != EINTR)
+            return false;
+        sent += count > 0 ? (size_t)count : 0;
+    }
+    return true;
 }
 
-// At the levels that the combination asks for.
-static void replay_trace(const sweep *sweep, const sweep_combination *run, trace *trace, const report *report,
-                         sweep_row *row)
+// ---- In a worker ---------------------------------------------------------------------------------------
+
+static bool take_request(int socket, request *request)
 {
-    const bool deeper = run->detail != DETAIL_FUNCTION;
-    const run_options options = {.threads = sweep->file.threads,
-                                 .max_iterations = run->max_iterations,
-                                 .occlusion_ratio = -1,
-                                 .reference = true,
-                                 .log_conditions = deeper,
-                                 .keep_planes = deeper};
-    detail_options detail_options = {.level = run->detail};
-    const machine *machine = &run->variant->machine;
-    const program *program = run->program->program;
-    run_result *result = NULL;
-    detail_result *detail = NULL;
-    status status = detail_read(program, machine, trace, &detail_options, report, &detail_options.stamps);
-    if (status == STATUS_OK)
-        status = replay_run_on(program, machine, trace, detail_options.stamps, &options, report, &result);
-    if (status == STATUS_OK && deeper)
-        status = detail_run(program, machine, trace, result, &detail_options, report, &detail);
-    if (status == STATUS_OK)
-        sweep_row_fill(row, result, detail);
-    else
-        row->outcome = outcome_of(status, row->why);
-    detail_destroy(detail);
-    result_destroy(result);
-    stamps_destroy(detail_options.stamps);
+    for (size_t taken = 0; taken < sizeof *request;) {
+        const ssize_t count = read(socket, (char *)request + taken, sizeof *request - taken);
+        if (count == 0 || (count < 0 && errno != EINTR))
+            return false;
+        taken += count > 0 ? (size_t)count : 0;
+    }
+    return true;
 }
 
-static void replay_into(const sweep *sweep, const sweep_combination *run, sweep_row *row)
+static _Noreturn void work(const sweep *sweep, int socket, pid_t parent)
 {
-    const report report = {.say = sweep_keep_reason, .user = row->why};
-    rop_limits limits;
-    trace *trace = NULL;
-    machine_limits(&run->variant->machine, &limits);
-    row->outcome = OUTCOME_REFUSED;
-    // A machine that contradicts itself is refused at every level, as it is by `ropsim run`.
-    if (machine_check(&run->variant->machine, &report) != STATUS_OK ||
-        verify_program(run->program->program, run->program->path, &limits, &report) != STATUS_OK)
-        return;
-    row->outcome = OUTCOME_FAILED;
-    if (trace_open(run->trace->path, &report, &trace) != STATUS_OK)
-        return;
-    if (strcmp(trace_get_info(trace)->hash, run->trace->hash) != 0)
-        report_error(&report, STATUS_REFUSED, "%s: is another trace than when the sweep began", run->trace->path);
-    else
-        replay_trace(sweep, run, trace, &report, row);
-    trace_close(trace);
-}
-
-static _Noreturn void work(const sweep *sweep, uint64_t index, int pipe, pid_t parent)
-{
-    sweep_row row = {0};
-    const sweep_combination run = sweep_get(sweep, index);
+    sweep_share share = {0};
+    sweep_row row;
+    request request;
     prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would take the result
     if (getppid() != parent)
         _exit(1);
-    replay_into(sweep, &run, &row);
-    for (size_t sent = 0; sent < sizeof row;) {
-        const ssize_t count = write(pipe, (const char *)&row + sent, sizeof row - sent);
-        if (count <= 0 && errno != EINTR)
-            _exit(1);
-        sent += count > 0 ? (size_t)count : 0;
-    }
+    do {
+        if (!take_request(socket, &request))
+            break;
+        sweep_combination run = sweep_get(sweep, request.index);
+        sweep_trace trace = *run.trace;
+        memcpy(trace.hash, request.trace_hash, sizeof trace.hash);
+        run.trace = &trace;
+        sweep_share_run(&share, sweep, &run, &row);
+    } while (send_whole(socket, &row, sizeof row));
     _exit(0);  // and not exit: buffers, the database and MPI are the parent's
 }
 
 // ---- In the sweep --------------------------------------------------------------------------------------
 
-static status start(sweep_pool *pool, int slot, uint64_t index)
+static status start_worker(processes *p, int slot)
 {
-    processes *p = (processes *)pool;
     int ends[2];
     const pid_t parent = getpid();
-    if (pipe(ends) != 0)
-        return report_error(p->sweep->report, STATUS_IO, "no pipe to a worker: %s", strerror(errno));
+    if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends) != 0)
+        return report_error(p->sweep->report, STATUS_IO, "no socket to a worker: %s", strerror(errno));
     const pid_t pid = fork();
     if (pid == 0) {
         close(ends[0]);
-        work(p->sweep, index, ends[1], parent);
+        for (int i = 0; i < p->pool.slot_count; i++) {  // the others' are not ours to hold open
+            if (p->processes[i].pid)
+                close(p->processes[i].socket);
+        }
+        work(p->sweep, ends[1], parent);
     }
-    close(ends[1]);
+    close(ends[1]);  // before another worker could inherit it: it is how we see that this one ended
     if (pid < 0) {
         close(ends[0]);
         return report_error(p->sweep->report, STATUS_IO, "no process for a worker: %s", strerror(errno));
     }
-    p->processes[slot] = (process){.pid = pid, .pipe = ends[0]};
-    pool->slots[slot].state = SLOT_BUSY;
-    pool->slots[slot].index = index;
+    p->processes[slot] = (process){.pid = pid, .socket = ends[0]};
     return STATUS_OK;
 }
 
-// Takes what the pipe has; true at its end.
-static bool receive(process *process, sweep_row *row)
+static int reap(process *process)
 {
-    char over[1];  // a read of nothing would look like the end
-    const size_t left = sizeof *row - process->received;
-    const ssize_t count = read(process->pipe, left ? (char *)row + process->received : over, left ? left : sizeof over);
-    if (count > 0)
-        process->received += left ? (size_t)count : 0;
-    return count == 0 || (count < 0 && errno != EINTR);
-}
-
-static void reap(process *process, int *ended)
-{
-    while (waitpid(process->pid, ended, 0) < 0 && errno == EINTR)
+    int how = 0;
+    while (waitpid(process->pid, &how, 0) < 0 && errno == EINTR)
         continue;
-    close(process->pipe);
+    close(process->socket);
     process->pid = 0;
+    return how;
 }
 
-static void finish(process *process, sweep_slot *slot)
+static status start(sweep_pool *pool, int slot, uint64_t index)
 {
-    int ended = 0;
-    sweep_row *row = &slot->row;
-    reap(process, &ended);
-    slot->state = SLOT_ENDED;
-    if (process->received == sizeof *row)
-        return;
+    processes *p = (processes *)pool;
+    process *process = &p->processes[slot];
+    request request = {.index = index};
+    memcpy(request.trace_hash, sweep_get(p->sweep, index).trace->hash, sizeof request.trace_hash);
+    for (int tries = 0; tries < 2; tries++) {
+        const status status = process->pid ? STATUS_OK : start_worker(p, slot);
+        if (status != STATUS_OK)
+            return status;
+        if (send_whole(process->socket, &request, sizeof request)) {
+            pool->slots[slot].state = SLOT_BUSY;
+            pool->slots[slot].index = index;
+            return STATUS_OK;
+        }
+        reap(process);  // it ended while it had nothing to do
+    }
+    return report_error(p->sweep->report, STATUS_IO, "workers end before they have a run");
+}
+
+static void say_how_it_ended(int how, sweep_row *row)
+{
     *row = (sweep_row){.outcome = OUTCOME_FAILED};
-    if (WIFSIGNALED(ended))
-        snprintf(row->why, sizeof row->why, "the run's process was ended by signal %d (%s)", WTERMSIG(ended),
-                 strsignal(WTERMSIG(ended)));
+    if (WIFSIGNALED(how))
+        snprintf(row->why, sizeof row->why, "the run's process was ended by signal %d (%s)", WTERMSIG(how),
+                 strsignal(WTERMSIG(how)));
     else
         snprintf(row->why, sizeof row->why, "the run's process ended with status %d and without a result",
-                 WEXITSTATUS(ended));
+                 WEXITSTATUS(how));
+}
+
+// Takes what the socket has: of a row, or that the worker ended.
+static void receive(process *process, sweep_slot *slot)
+{
+    const ssize_t count =
+        read(process->socket, (char *)&slot->row + process->received, sizeof slot->row - process->received);
+    if (count < 0 && errno == EINTR)
+        return;
+    if (count > 0) {
+        process->received += (size_t)count;
+        if (process->received < sizeof slot->row)
+            return;
+        process->received = 0;
+        slot->state = SLOT_ENDED;
+        return;
+    }
+    const int how = reap(process);
+    if (slot->state == SLOT_BUSY) {
+        say_how_it_ended(how, &slot->row);
+        slot->state = SLOT_ENDED;
+    }
 }
 
 static status wait_for_any(sweep_pool *pool, int milliseconds)
@@ -170,15 +174,15 @@ static status wait_for_any(sweep_pool *pool, int milliseconds)
     processes *p = (processes *)pool;
     struct pollfd polls[SWEEP_JOBS_MAX];
     for (int i = 0; i < pool->slot_count; i++)
-        polls[i] = (struct pollfd){.fd = p->processes[i].pid ? p->processes[i].pipe : -1, .events = POLLIN};
+        polls[i] = (struct pollfd){.fd = p->processes[i].pid ? p->processes[i].socket : -1, .events = POLLIN};
     if (poll(polls, (nfds_t)pool->slot_count, milliseconds) < 0) {
         if (errno == EINTR)  // `polls` holds nothing
             return STATUS_OK;
         return report_error(p->sweep->report, STATUS_IO, "waiting for workers: %s", strerror(errno));
     }
     for (int i = 0; i < pool->slot_count; i++) {
-        if (p->processes[i].pid && polls[i].revents && receive(&p->processes[i], &pool->slots[i].row))
-            finish(&p->processes[i], &pool->slots[i]);
+        if (p->processes[i].pid && polls[i].revents)
+            receive(&p->processes[i], &pool->slots[i]);
     }
     return STATUS_OK;
 }
@@ -187,10 +191,9 @@ static void close_processes(sweep_pool *pool)
 {
     processes *p = (processes *)pool;
     for (int i = 0; p->processes && i < pool->slot_count; i++) {
-        int ended;
         if (p->processes[i].pid) {
             kill(p->processes[i].pid, SIGKILL);
-            reap(&p->processes[i], &ended);
+            reap(&p->processes[i]);
         }
     }
     free(p->processes);

@@ -1,6 +1,6 @@
-// Of every rank but 0: replays what rank 0 hands out, each run in a process of its own, and sends back what came of it.
+// Of every rank but 0: replays what rank 0 hands out, in processes of its own, and sends back what came of it.
 //
-// A run that crashes ends its process; the rank lives on and says so. MPI's connections are inherited by those
+// A run that crashes ends one of those processes; the rank lives on and says so. MPI's connections are inherited by those
 // processes, which never use them.
 #include "sweep_ranks.h"
 

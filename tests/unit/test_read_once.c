@@ -1,4 +1,5 @@
 // The function level on a trace that the level sampled has read, against the same on the trace itself: no field of the result may differ.
+// And runs of deeper levels, one after the other on the same reading, against runs that read for themselves.
 #include "trace_path.h"
 
 #include "../../sim/replay/stamps.h"
@@ -102,11 +103,56 @@ static void what_cannot_be_shared_is_read(void **state)
     assert_false(compare("layer_peel", "tiled", 0, false));  // stamps by region
 }
 
+// Two runs on one reading, of which the first leaves it as the second finds it, whether all of it is in memory or not.
+static void compare_deeper(const char *machine_name, detail_level level, uint64_t memory_bytes)
+{
+    char file[4096];
+    machine machine;
+    program *program;
+    trace *trace;
+    run_result *function;
+    detail_result *alone, *shared;
+    const run_options options = {.threads = 1, .occlusion_ratio = -1, .keep_planes = true, .log_conditions = true};
+    detail_options detail = {.level = level, .memory_bytes = memory_bytes};
+    assert_int_equal(machine_load(machine_name, &quiet, &machine), STATUS_OK);
+    assert_int_equal(program_load("layer_peel", &quiet, file, sizeof file, &program), STATUS_OK);
+    assert_int_equal(trace_open(trace_path, &quiet, &trace), STATUS_OK);
+    assert_int_equal(replay_run(program, &machine, trace, &options, &quiet, &function), STATUS_OK);
+    assert_int_equal(detail_run(program, &machine, trace, function, &detail, &quiet, &alone), STATUS_OK);
+    assert_int_equal(detail_read(program, &machine, trace, &detail, &quiet, &detail.stamps), STATUS_OK);
+    assert_int_equal(detail.stamps->whole, memory_bytes == 0);
+    for (int i = 0; i < 2; i++) {
+        assert_true(detail_fits(detail.stamps, program, &machine, trace, &detail));
+        assert_int_equal(detail_run(program, &machine, trace, function, &detail, &quiet, &shared), STATUS_OK);
+        assert_memory_equal(&alone->total, &shared->total, sizeof alone->total);
+        assert_int_equal(alone->drained_cycles, shared->drained_cycles);
+        detail_destroy(shared);
+    }
+    detail_destroy(alone);
+    result_destroy(function);
+    stamps_destroy(detail.stamps);
+    trace_close(trace);
+    program_destroy(program);
+}
+
+static void deeper_runs_share_one_reading(void **state)
+{
+    static const char *const scenes[] = {"opaque:scene:knot", "scene:soup,count=300"};
+    (void)state;
+    record(scenes, 2, 2);
+    for (detail_level level = DETAIL_TRAFFIC; level < DETAIL_COUNT; level++) {
+        compare_deeper("g80", level, 0);
+        compare_deeper("g80", level, 1);
+        compare_deeper("tiled", level, 0);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_program_gives_the_same),
         cmocka_unit_test(what_cannot_be_shared_is_read),
+        cmocka_unit_test(deeper_runs_share_one_reading),
     };
     return cmocka_run_group_tests(tests, trace_path_make, trace_path_remove);
 }

@@ -1,6 +1,9 @@
 // Sweeps that are killed: at random moments, again and again, and each time started anew, they end with the rows of one
-// that ran through. And a run whose process is killed costs that run alone, which the next call does.
+// that ran through. And a worker that is killed costs the run that it had alone, which the next call does; without one,
+// nothing.
 #include "sweep_fixture.h"
+
+#include "../../sim/sweep/sweep.h"
 
 #include <signal.h>
 #include <sys/wait.h>
@@ -46,6 +49,18 @@ static pid_t start_sweep(const char *file, int jobs)
     return pid;
 }
 
+static void assert_same_rows(const sweep_fixture *killed, const sweep_fixture *whole, int combinations)
+{
+    char *wanted = sweep_fixture_content(whole->database), *found = sweep_fixture_content(killed->database);
+    assert_string_equal(found, wanted);
+    assert_int_equal(sweep_fixture_number(killed->database, "SELECT count(*) FROM runs"), combinations);
+    assert_int_equal(
+        sweep_fixture_number(killed->database, "SELECT count(*) FROM planes WHERE run NOT IN (SELECT id FROM runs)"),
+        0);
+    free(wanted);
+    free(found);
+}
+
 static void kill_and_go_on(const char *file_text, int combinations)
 {
     sweep_fixture whole, killed;
@@ -86,13 +101,7 @@ static void kill_and_go_on(const char *file_text, int combinations)
     }
     print_message("%d kills, %d of them between the first and the last run\n", kills, between);
     assert_true(between >= 1);
-    char *wanted = sweep_fixture_content(whole.database), *found = sweep_fixture_content(killed.database);
-    assert_string_equal(found, wanted);
-    assert_int_equal(sweep_fixture_number(killed.database, "SELECT count(*) FROM runs"), combinations);
-    assert_int_equal(
-        sweep_fixture_number(killed.database, "SELECT count(*) FROM planes WHERE run NOT IN (SELECT id FROM runs)"), 0);
-    free(wanted);
-    free(found);
+    assert_same_rows(&killed, &whole, combinations);
     sweep_fixture_end(&whole);
     sweep_fixture_end(&killed);
 }
@@ -176,12 +185,149 @@ static void a_killed_worker_is_a_failed_run(void **state)
     sweep_fixture_end(&f);
 }
 
+// ---- Workers -------------------------------------------------------------------------------------------
+
+static int workers_of(pid_t sweep, pid_t workers[JOBS])
+{
+    char path[64];
+    int count = 0;
+    snprintf(path, sizeof path, "/proc/%d/task/%d/children", sweep, sweep);
+    FILE *file = fopen(path, "r");
+    while (file && count < JOBS && fscanf(file, "%d", &workers[count]) == 1)
+        count++;
+    if (file)
+        fclose(file);
+    return count;
+}
+
+static void kill_workers(void)
+{
+    pid_t workers[JOBS];
+    siginfo_t info;
+    for (int i = workers_of(getpid(), workers) - 1; i >= 0; i--) {
+        kill(workers[i], SIGKILL);
+        waitid(P_PID, (id_t)workers[i], &info, WEXITED | WNOWAIT);  // the sweep is to reap it
+    }
+}
+
+// What the progress of a sweep with workers of ours sees, and does.
+typedef struct watch {
+    bool kill;  // all workers, each time that a run has ended
+    uint64_t ended;
+    pid_t worker;      // the last one seen
+    int worker_count;  // so many others came one after the other
+} watch;
+
+static void watch_workers(void *user, const char *what, uint64_t done, uint64_t total)
+{
+    watch *w = user;
+    pid_t workers[JOBS];
+    (void)what, (void)total;
+    if (workers_of(getpid(), workers) > 0 && workers[0] != w->worker) {
+        w->worker = workers[0];
+        w->worker_count++;
+    }
+    if (w->kill && done > w->ended)
+        kill_workers();
+    w->ended = done;
+}
+
+static sweep_totals run_watched(const char *file, int jobs, watch *watch)
+{
+    const report report = {.progress = watch_workers, .user = watch};
+    sweep *sweep = NULL;
+    sweep_totals totals;
+    assert_int_equal(sweep_open(file, NULL, &sweep), STATUS_OK);
+    sweep->report = &report;  // of the runs alone
+    assert_int_equal(sweep_run(sweep, jobs, &totals), STATUS_OK);
+    sweep_close(sweep);
+    return totals;
+}
+
+static void a_worker_lives_on(void **state)
+{
+    (void)state;
+    sweep_fixture f;
+    watch watch = {0};
+    sweep_fixture_start(&f, cycle_text);
+    const sweep_totals totals = run_watched(f.file, 1, &watch);
+    assert_int_equal(totals.done + totals.refused, CYCLE_COMBINATIONS);
+    assert_int_equal(watch.worker_count, 1);
+    sweep_fixture_end(&f);
+}
+
+static void a_worker_killed_between_runs_costs_nothing(void **state)
+{
+    (void)state;
+    sweep_fixture f;
+    watch watch = {.kill = true};
+    sweep_fixture_start(&f, cycle_text);
+    const sweep_totals totals = run_watched(f.file, 1, &watch);
+    assert_int_equal(totals.failed, 0);
+    assert_int_equal(totals.done + totals.refused, CYCLE_COMBINATIONS);
+    assert_int_equal(watch.worker_count, CYCLE_COMBINATIONS);
+    sweep_fixture_end(&f);
+}
+
+// One has nothing to do any more, the other is in the middle of its run.
+static void an_idle_worker_leaves_no_row(void **state)
+{
+    (void)state;
+    sweep_fixture f;
+    watch watch = {.kill = true};
+    sweep_fixture_start(&f, "results: sweep.db\n"
+                            "traces:\n"
+                            "  - record scene:knot,rings=8 size=8x8\n"
+                            "  - record scene:sheets,count=64,order=shuffled size=192x192\n"
+                            "programs: layer_peel\n"
+                            "machines: programmable\n"
+                            "detail: cycle\n");
+    const sweep_totals totals = run_watched(f.file, JOBS, &watch);
+    assert_int_equal(totals.done, 1);
+    assert_int_equal(totals.failed, 1);
+    assert_int_equal(sweep_fixture_number(f.database, "SELECT count(*) FROM runs"), 2);
+    assert_int_equal(run_whole(f.file, JOBS), STATUS_OK);
+    assert_int_equal(sweep_fixture_number(f.database, "SELECT count(*) FROM runs WHERE outcome = 'done'"), 2);
+    sweep_fixture_end(&f);
+}
+
+static void killed_workers_lose_nothing(void **state)
+{
+    (void)state;
+    sweep_fixture whole, killed;
+    unsigned seed = (unsigned)getpid();
+    int how, kills = 0;
+    print_message("seed %u\n", seed);
+    sweep_fixture_start(&whole, cycle_text);
+    sweep_fixture_start(&killed, cycle_text);
+    assert_int_equal(run_whole(whole.file, JOBS), STATUS_OK);
+    const pid_t pid = start_sweep(killed.file, JOBS);
+    while (waitpid(pid, &how, WNOHANG) == 0) {
+        pid_t workers[JOBS];
+        usleep((useconds_t)(rand_r(&seed) % 50000));
+        const int count = kills < KILLS_MAX ? workers_of(pid, workers) : 0;
+        kills += count > 0 && kill(workers[rand_r(&seed) % (unsigned)count], SIGKILL) == 0;
+    }
+    assert_true(WIFEXITED(how) && WEXITSTATUS(how) == STATUS_OK);
+    print_message("%d kills, %d runs failed\n", kills,
+                  (int)sweep_fixture_number(killed.database, "SELECT count(*) FROM runs WHERE outcome = 'failed'"));
+    assert_true(kills > 0);
+    assert_int_equal(run_whole(killed.file, JOBS), STATUS_OK);
+    assert_same_rows(&killed, &whole, CYCLE_COMBINATIONS);
+    sweep_fixture_end(&whole);
+    sweep_fixture_end(&killed);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(killed_sweeps_go_on),
         cmocka_unit_test(killed_sweeps_of_all_levels_go_on),
         cmocka_unit_test(a_killed_worker_is_a_failed_run),
+        cmocka_unit_test(a_worker_lives_on),
+        cmocka_unit_test(a_worker_killed_between_runs_costs_nothing),
+        cmocka_unit_test(an_idle_worker_leaves_no_row),
+        cmocka_unit_test(killed_workers_lose_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
