@@ -9,7 +9,8 @@ enum { TRADE_SEEDS_MAX = 1000 };
 
 // One run at a level, as it comes through the pipe.
 typedef struct trade_figures {
-    double cpu_seconds;          // user and system, with the function level's run
+    double cpu_seconds;          // user and system, with reading and the function level's run
+    double again_seconds;        // of these, what one more run on the trace and program takes that finds both done, as in a sweep
     double peak_mib;             // of the process so far
     uint64_t visits;             // fragments replayed
     uint64_t cycles, bytes_read, bytes_written;
@@ -37,7 +38,8 @@ trade_summary trade_summarize(const trade_row *row, trade_quantity quantity);
 double trade_error(const trade_row *row, const trade_figures *figures, trade_quantity quantity);  // in per cent of the truth
 bool trade_covers(const trade_row *row, const trade_figures *figures, trade_quantity quantity);
 double trade_half_width(const trade_row *row, const trade_figures *figures, trade_quantity quantity);  // in per cent of the truth
-double trade_rate(const trade_figures *figures);   // fragment visits a second
+double trade_rate(const trade_figures *figures);        // fragment visits a second
+double trade_rate_again(const trade_figures *figures);  // the same of one more run; 0 at the function level
 trade_figures trade_sampled(const trade_row *row); // the first seed's, with the time of all seeds shared evenly
 
 void trade_print(const trade_row *rows, int count);

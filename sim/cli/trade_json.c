@@ -9,6 +9,7 @@ static json_t *figures_object(const trade_row *row, const trade_figures *f, deta
     json_t *o = json_pack("{s:s, s:f, s:I, s:f, s:f}", "level", detail_level_names[level], "cpu_seconds", f->cpu_seconds,
                           "visits", (json_int_t)f->visits, "visits_per_second", trade_rate(f), "peak_mib", f->peak_mib);
     if (level >= DETAIL_TRAFFIC) {
+        json_object_set_new(o, "again_cpu_seconds", json_real(f->again_seconds));
         json_object_set_new(o, "memory_bytes_read", json_integer((json_int_t)f->bytes_read));
         json_object_set_new(o, "memory_bytes_written", json_integer((json_int_t)f->bytes_written));
         json_object_set_new(o, "bytes_error_percent", json_real(trade_error(row, f, TRADE_BYTES)));

@@ -50,7 +50,8 @@ static status run_level(const program *program, const trade_row *row, trace *tra
         status = detail_run(program, row->machine, trace, function, options, &command_report, &detail);
     if (status != STATUS_OK)
         return status;
-    figures.cpu_seconds = before + seconds_used(&figures.peak_mib) - start;
+    figures.again_seconds = seconds_used(&figures.peak_mib) - start;
+    figures.cpu_seconds = before + figures.again_seconds;
     if (detail) {
         figures.cycles = detail->total.cycles;
         figures.bytes_read = detail->total.memory_bytes_read;
@@ -83,6 +84,8 @@ static status work(const trade_row *row, detail_level level, const sampling *fir
         status = detail_read(program, row->machine, trace, &detail_options, &command_report, &detail_options.stamps);
     if (status == STATUS_OK)
         status = replay_run_on(program, row->machine, trace, detail_options.stamps, &options, &command_report, &function);
+    if (status == STATUS_OK && level != DETAIL_FUNCTION && !detail_options.stamps)
+        status = detail_read(program, row->machine, trace, &detail_options, &command_report, &detail_options.stamps);
     const double before = seconds_used(&peak);
     for (int i = 0; status == STATUS_OK && i < runs; i++) {
         sampling.seed = first->seed + (uint64_t)i;
@@ -204,11 +207,18 @@ double trade_rate(const trade_figures *figures)
     return figures->cpu_seconds > 0 ? (double)figures->visits / figures->cpu_seconds : 0;
 }
 
+double trade_rate_again(const trade_figures *figures)
+{
+    return figures->again_seconds > 0 ? (double)figures->visits / figures->again_seconds : 0;
+}
+
 trade_figures trade_sampled(const trade_row *row)
 {
     trade_figures figures = row->seeds[0];
-    figures.cpu_seconds = 0;
-    for (int i = 0; i < row->seed_count; i++)
+    figures.cpu_seconds = figures.again_seconds = 0;
+    for (int i = 0; i < row->seed_count; i++) {
         figures.cpu_seconds += row->seeds[i].cpu_seconds / row->seed_count;
+        figures.again_seconds += row->seeds[i].again_seconds / row->seed_count;
+    }
     return figures;
 }

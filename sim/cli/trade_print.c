@@ -15,11 +15,20 @@ static void print_quantity(const trade_row *row, const trade_figures *f, detail_
                trade_covers(row, f, quantity) ? "" : " (missed)");
 }
 
+static void print_rate(double rate, double of_cycle)
+{
+    printf(" %.3g | %.1f |", rate, of_cycle > 0 ? rate / of_cycle : 0);
+}
+
 static void print_level(const trade_row *row, detail_level level, const trade_figures *f)
 {
-    const double cycle = trade_rate(&row->levels[DETAIL_CYCLE]);
-    printf("| %s | %s | %s | %s | %.3g | %.1f | %.0f |", row->trace, row->program, row->machine->name, detail_level_names[level],
-           trade_rate(f), cycle > 0 ? trade_rate(f) / cycle : 0, f->peak_mib);
+    printf("| %s | %s | %s | %s |", row->trace, row->program, row->machine->name, detail_level_names[level]);
+    print_rate(trade_rate(f), trade_rate(&row->levels[DETAIL_CYCLE]));
+    if (level == DETAIL_FUNCTION)
+        fputs(" – | – |", stdout);
+    else
+        print_rate(trade_rate_again(f), trade_rate_again(&row->levels[DETAIL_CYCLE]));
+    printf(" %.0f |", f->peak_mib);
     print_quantity(row, f, level, TRADE_CYCLES);
     print_quantity(row, f, level, TRADE_BYTES);
     putchar('\n');
@@ -38,16 +47,17 @@ static void print_summary(const trade_row *row)
 
 void trade_print(const trade_row *rows, int count)
 {
-    fputs("| trace | program | machine | level | visits a second | speed | MiB | error of cycles, % | ± % | error of bytes, % | ± % |\n"
-          "|---|---|---|---|---:|---:|---:|---:|---:|---:|---:|\n", stdout);
+    fputs("| trace | program | machine | level | visits a second | speed | once more | speed | MiB | error of cycles, % | ± % | error of bytes, % | ± % |\n"
+          "|---|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n", stdout);
     for (int i = 0; i < count; i++) {
         const trade_figures sampled = trade_sampled(&rows[i]);
         for (int level = 0; level < DETAIL_SAMPLED; level++)
             print_level(&rows[i], (detail_level)level, &rows[i].levels[level]);
         print_level(&rows[i], DETAIL_SAMPLED, &sampled);
     }
-    fputs("\nvisits: fragments replayed, a second of CPU time with the function level's run in it; speed: against cycle; MiB: most\n"
-          "that the level's process held; errors against cycle; ±: half width of the interval of 95 % confidence.\n", stdout);
+    fputs("\nvisits: fragments replayed, a second of CPU time with reading and the function level's run in it; speed: against cycle; once more:\n"
+          "visits a second of another run on the trace and program that finds both done, as in a sweep of machines; MiB: most that the level's\n"
+          "process held; errors against cycle; ±: half width of the interval of 95 % confidence.\n", stdout);
     if (count == 0 || rows[0].seed_count < 2)
         return;
     fputs("\n| trace | program | machine | seeds | measured, % | cycles covered | bias, % | mean error, % | worst, % | ± % | bytes covered | "

@@ -11,7 +11,7 @@ for level in function traffic cycle sampled; do
     done
 done
 grep -q "| layer_peel | g80 | 3 |" "$work/trade.md" || complain "no row of three seeds"
-for key in '"visits_per_second"' '"peak_mib"' '"cycles_half_width"' '"bytes_covered"' '"seed": 3' '"bias_percent"'; do
+for key in '"visits_per_second"' '"again_cpu_seconds"' '"peak_mib"' '"cycles_half_width"' '"bytes_covered"' '"seed": 3' '"bias_percent"'; do
     grep -q "$key" "$work/trade.json" || complain "trade.json has no $key"
 done
 expect 0 "| layer_peel | programmable | sampled |" trade "$work/soup.ropt" --program layer_peel
