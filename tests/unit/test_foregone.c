@@ -139,34 +139,58 @@ static void add_layer(twin_image *image, double depth)
         image->fragments[image->fragment_count++] = (twin_fragment){.x = i % 8, .y = i / 8, .depth = depth, .rgba = {0.5f, 0.5f, 0.5f, 0.5f}};
 }
 
-static void test_single_compares(void **state)
+static trace *two_layers(void)
 {
-    machine machine;
     twin_fragment fragments[2 * TILE_LANES];
     twin_image image = {.width = 8, .height = 8, .samples = 1, .classes = {CLASS_TRANSPARENT}, .draw_count = 1, .fragments = fragments};
-    (void)state;
     add_layer(&image, 0.25);
     add_layer(&image, 0.75);
-    trace *trace = random_image_open(&image);
+    return random_image_open(&image);
+}
+
+static uint64_t compare_text(const char *text, trace *trace)
+{
+    machine machine;
+    program *program;
     assert_int_equal(machine_load("programmable", &printing, &machine), STATUS_OK);
+    assert_int_equal(assemble_text("single", text, strlen(text), &printing, &program), STATUS_OK);
+    const uint64_t foregone = compare(program, &machine, trace);
+    program_destroy(program);
+    return foregone;
+}
+
+static void test_single_compares(void **state)
+{
+    (void)state;
+    trace *trace = two_layers();
     for (size_t i = 0; i < sizeof singles / sizeof *singles; i++) {
         char text[1024];
-        program *program;
-        const int size = snprintf(text, sizeof text,
-                                  "program single\nplane limit depth\nplane ticks u32\nplane color rgba\nquery found\noutput color over color\n"
-                                  "kernel only\n ld r0, limit\n ld r2, ticks\n add r1, r2, 1\n %s\n @p1 count found\n @p1 st ticks, r1\nend\n"
-                                  "schedule\n clear limit %s\n draw transparent with only\n if found\n draw transparent with only\n end\nend\n",
-                                  singles[i].compare, singles[i].clear);
-        assert_int_equal(assemble_text("single", text, (size_t)size, &printing, &program), STATUS_OK);
-        const uint64_t foregone = compare(program, &machine, trace);
-        assert_int_equal(foregone, singles[i].foregone ? 2 : 0);
-        program_destroy(program);
+        snprintf(text, sizeof text,
+                 "program single\nplane limit depth\nplane ticks u32\nplane color rgba\nquery found\noutput color over color\n"
+                 "kernel only\n ld r0, limit\n ld r2, ticks\n add r1, r2, 1\n %s\n @p1 count found\n @p1 st ticks, r1\nend\n"
+                 "schedule\n clear limit %s\n draw transparent with only\n if found\n draw transparent with only\n end\nend\n",
+                 singles[i].compare, singles[i].clear);
+        assert_int_equal(compare_text(text, trace), singles[i].foregone ? 2 : 0);
     }
+    trace_close(trace);
+}
+
+// The first layer moves the limit of 0.5 behind the second, which would have failed before. In the second draw both fail.
+static void test_a_batch_changes_what_decides_on_the_next(void **state)
+{
+    static const char text[] = "program moving\nplane limit u32\nplane color rgba\noutput color over color\n"
+                               "kernel only\n ld r0, limit\n lt p1, z, r0\n @p1 st limit, 0x3f600000\nend\n"
+                               "kernel close\n ld r0, limit\n lt p1, r0, z\n @p1 st limit, 0\nend\n"
+                               "schedule\n clear limit 0x3f000000\n draw transparent with only\n draw transparent with close\nend\n";
+    (void)state;
+    trace *trace = two_layers();
+    assert_int_equal(compare_text(text, trace), 2);
     trace_close(trace);
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_shipped_programs), cmocka_unit_test(test_random_programs), cmocka_unit_test(test_single_compares)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_shipped_programs), cmocka_unit_test(test_random_programs), cmocka_unit_test(test_single_compares),
+                                       cmocka_unit_test(test_a_batch_changes_what_decides_on_the_next)};
     return cmocka_run_group_tests(tests, trace_path_make, trace_path_remove);
 }
