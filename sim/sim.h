@@ -247,6 +247,7 @@ typedef struct run_options {
     bool reference;            // also compute the exact result and the error
     bool keep_planes;          // also hand out every plane's values at the end
     bool log_conditions;       // also hand out how each `while` and `if` went, and the batches of draws
+    bool every_batch;          // execute each batch, even if its outcome is foregone: the same comes out, later
 } run_options;
 
 // The draws of a `batches` step, nearest first, by the given number, after Wexler et al. 2005. Batch i owns the depths from
@@ -300,6 +301,7 @@ typedef struct run_result {
     error_result error;                // if options.reference
     bool error_known;
     double wall_seconds, fragments_per_second;   // of the replay itself
+    uint64_t batches_foregone;         // batches of a tile that were counted and not executed
     float *image;                      // width * height * 3, samples averaged, over the background
     float *sample_rgb;                 // width * height * samples * 3, before averaging
     uint32_t *plane_values[PLANE_MAX]; // if options.keep_planes: a word a sample, in sample_rgb's order; of a colour

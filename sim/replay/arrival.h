@@ -39,7 +39,6 @@ typedef struct kernel_use {
     bool color, primitive;          // it looks at the fragment's colour, its primitive
 } kernel_use;
 
-typedef struct depth_range { uint32_t least, most; } depth_range;
 typedef struct block_range { uint64_t pass; depth_range range; } block_range;  // of a pass's depth plane, if it is this pass
 
 // What a pass's range clip holds a block's fragments against: whatever fails there changes nothing. A pass does not write it.

@@ -45,7 +45,7 @@ static uint32_t add_batches(const trace_info *info, const block_order *blocks, u
         const uint64_t lanes = blocks->batches[b].lanes;
         const draw_class class = info->draws[blocks->batches[b].draw].class;
         if ((class == CLASS_OPAQUE) == opaque)
-            to[count++] = (bin_batch){lanes, class == CLASS_SORTED ? lanes : 0, (uint64_t)b * TILE_LANES};
+            to[count++] = (bin_batch){lanes, class == CLASS_SORTED ? lanes : 0, (uint64_t)b * TILE_LANES, {UINT32_MAX, 0}};
     }
     return count;
 }

@@ -91,6 +91,8 @@ static status sum_counts(replay *r)
     const bool counted =
         totals_count(&r->plan, r->global, counts, r->info, &r->counts, r->options->log_conditions, r->result);
     free(counts);
+    for (int w = 0; w < r->threads; w++)
+        r->result->batches_foregone += worker_foregone(r->workers[w]);
     return counted ? STATUS_OK : report_error(r->report, STATUS_IO, "out of memory: log of conditions");
 }
 

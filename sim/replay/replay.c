@@ -1,6 +1,7 @@
 // A program, a machine and a trace in, a run_result out: what a run needs is set up here, and freed again.
 #include "run.h"
 
+#include "foregone.h"
 #include "stamps.h"
 
 #include <stdlib.h>
@@ -63,6 +64,9 @@ static bool can_share(const replay *r, const program *program)
 static status run_bound(replay *r, const program *program, const bound_program *bound, const machine *machine)
 {
     status status = plan_make(&r->plan, program, bound, r->report);
+    r->plan.depth_format = foregone_format(bound, machine->depth_format);
+    if (status == STATUS_OK && !r->options->every_batch && !(r->plan.foregone = foregone_find(program, bound, r->plan.depth_format)))
+        status = report_error(r->report, STATUS_IO, "out of memory: kernels");
     if (status == STATUS_OK && !(r->plan.execute = execute_select(r->options->vector_bytes)))
         status = report_error(r->report, STATUS_USAGE, "vectors of %d bytes: this processor or build has none", r->options->vector_bytes);
     if (status == STATUS_OK)
@@ -91,6 +95,7 @@ static void release(replay *r)
     global_destroy(r->global);
     for (int i = 0; i < BATCHES_MAX; i++)
         batches_free(&r->plan.batches[i]);
+    free(r->plan.foregone);
     sample_counts_free(&r->counts);
     bins_free(&r->bins);
     free(r->tiles);

@@ -40,11 +40,15 @@ tiling_run tiling_row(const tiling *tiling, uint32_t tile, uint32_t row);
 
 enum { COLUMNS_MAX = FORMAT_COUNT + 5 };  // of fragments: codes, rgba, primitive
 
+// Codes of depth, or other words of a plane; least > most: not known.
+typedef struct depth_range { uint32_t least, most; } depth_range;
+
 // Batch r of a tile holds the r-th fragment of each sample, so that no sample occurs twice and each sample's
 // fragments keep their order. Its fragments lie together, in order of lanes, from `offset` on.
 typedef struct bin_batch {
     uint64_t lanes, sorted;  // all; those from draws of class sorted
     uint64_t offset;
+    depth_range depths;      // of all, in plan.depth_format, once they were asked for (foregone.c)
 } bin_batch;
 
 typedef struct bin {
@@ -134,6 +138,8 @@ typedef struct plan {
     uint8_t batches_index[STEP_MAX];           // of STEP_BATCHES and its STEP_END_BATCHES
     draw_batches batches[BATCHES_MAX];
     bool has_batches;
+    format depth_format;                       // in which batches know their ranges of depth
+    struct foregone *foregone;                 // of each kernel, when its outcome is foregone; NULL: each batch is executed
 } plan;
 
 // Zeros for planes, at least one line of them; NULL: out of memory. Free with free() (storage.c).
@@ -165,6 +171,7 @@ typedef struct worker worker;
 worker *worker_create(const plan *plan, global *global);
 void worker_destroy(worker *worker);
 const uint64_t *worker_counts(const worker *worker);  // executions of each instruction; plan.count_offset
+uint64_t worker_foregone(const worker *worker);       // batches that were counted and not run
 // Runs a tile until it is done or waits for a condition. bin NULL: a tile without fragments.
 // False: out of memory.
 bool tile_run(worker *worker, tile *tile, const bins *bins, const bin *bin);

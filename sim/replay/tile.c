@@ -6,7 +6,7 @@
 //
 // A finished tile is still visited by every pass of the iterations that others need. Once an iteration leaves
 // all its planes as they were, each further one with the same outcomes does the same again: it is counted
-// (fixed_point.c), not run.
+// (fixed_point.c), not run. Batches whose outcome is foregone are counted, too (foregone.c).
 #include "tile.h"
 
 #include "fragment_list.h"
@@ -42,7 +42,7 @@ worker *worker_create(const plan *plan, global *global)
     w->sites = malloc(((size_t)w->count_total + 1) * sizeof *w->sites);  // every instruction may count
     w->snapshot = malloc(plan->tile_words * sizeof *w->snapshot);
     w->expander = expander_create(plan->bound);
-    if (!w->counts || !w->sites || !w->snapshot || !w->expander) {
+    if (!w->counts || !w->sites || !w->snapshot || !w->expander || !foresight_make(plan, &w->foresight)) {
         worker_destroy(w);
         return NULL;
     }
@@ -58,12 +58,18 @@ void worker_destroy(worker *w)
     free(w->sites);
     free(w->snapshot);
     expander_destroy(w->expander);
+    foresight_free(&w->foresight);
     free(w);
 }
 
 const uint64_t *worker_counts(const worker *worker)
 {
     return worker->counts;
+}
+
+uint64_t worker_foregone(const worker *worker)
+{
+    return worker->foresight.batches;
 }
 
 uint32_t plane_words(const plan *plan, int plane)
@@ -77,7 +83,7 @@ static const draw_batch *current_batch(const worker *w, const tile *tile)
     return &w->plan->batches[tile->batches].batches[tile->batch];
 }
 
-static void clear_plane(const worker *w, const tile *tile, const step *step)
+static void clear_plane(worker *w, const tile *tile, const step *step)
 {
     uint32_t value[4];
     bound_clear_value(w->plan->bound, step, value);
@@ -88,17 +94,24 @@ static void clear_plane(const worker *w, const tile *tile, const step *step)
     const uint32_t words = plane_words(w->plan, step->plane);
     for (uint32_t i = 0; i < words; i++)
         w->planes[step->plane][i] = value[i / TILE_LANES];
+    foresight_cleared(&w->foresight, step->plane, value);
 }
 
+// Runs the kernel on a batch; NULL: counts what it would have done to those that were passed over.
 static void run_kernel(worker *w, tile *tile, int kernel, const batch *batch)
 {
     uint64_t *counts = w->counts + w->plan->count_offset[kernel];
     const uint32_t first = w->site_start[kernel], end = w->site_start[kernel + 1];
     for (uint32_t s = first; s < end; s++)
         tile->query[w->sites[s].query] -= w->counts[w->sites[s].at];
-    w->plan->execute(w->plan->bound, kernel, w->planes, batch, counts);
+    if (batch)
+        w->plan->execute(w->plan->bound, kernel, w->planes, batch, counts);
+    else
+        foresight_count(&w->foresight, counts);
     for (uint32_t s = first; s < end; s++)
         tile->query[w->sites[s].query] += w->counts[w->sites[s].at];
+    if (batch)
+        foresight_executed(&w->foresight, kernel, w->counts);
 }
 
 // Those of a batch's lanes whose draw is drawn now.
@@ -119,8 +132,9 @@ static void draw(worker *w, tile *tile, const step *step)
     const bool opaque = step->classes == DRAW_OPAQUE;
     const uint32_t first = opaque ? 0 : bin->opaque_count;
     const uint32_t end = opaque ? bin->opaque_count : bin->opaque_count + bin->transparent_count;
+    foresight_begin(&w->foresight, step->kernel);
     for (uint32_t r = first; r < end; r++) {
-        const bin_batch *from = &w->bins->batches[bin->first_batch + r];
+        bin_batch *from = &w->bins->batches[bin->first_batch + r];
         uint64_t lanes = from->lanes;
         if (step->classes == DRAW_UNSORTED)
             lanes &= ~from->sorted;
@@ -128,9 +142,16 @@ static void draw(worker *w, tile *tile, const step *step)
             lanes &= from->sorted;
         else if (step->classes == DRAW_BATCH)
             lanes = lanes_of_draws(w, from, current_batch(w, tile)->draws);
-        if (lanes)
+        if (lanes && !foresight_passes_over(&w->foresight, w->planes, w->bins, from, lanes))
             run_kernel(w, tile, step->kernel, expander_batch(w->expander, r, lanes));
     }
+    run_kernel(w, tile, step->kernel, NULL);
+}
+
+static void copy_plane(worker *w, const step *step)
+{
+    memcpy(w->planes[step->plane], w->planes[step->source], plane_words(w->plan, step->plane) * sizeof(uint32_t));
+    foresight_copied(&w->foresight, step->plane, step->source);
 }
 
 static void swap_planes(worker *w, tile *tile, const step *step)
@@ -141,6 +162,7 @@ static void swap_planes(worker *w, tile *tile, const step *step)
     const tile_plane plane = w->planes[step->plane];
     w->planes[step->plane] = w->planes[step->source];
     w->planes[step->source] = plane;
+    foresight_swapped(&w->foresight, step->plane, step->source);
 }
 
 // Settles the condition of a `while` or `if`, if it can be.
@@ -176,7 +198,7 @@ static bool run_step(worker *w, tile *tile)
     outcome outcome;
     switch (step->kind) {
     case STEP_CLEAR: clear_plane(w, tile, step); break;
-    case STEP_COPY: memcpy(w->planes[step->plane], w->planes[step->source], plane_words(w->plan, step->plane) * sizeof(uint32_t)); break;
+    case STEP_COPY: copy_plane(w, step); break;
     case STEP_SWAP: swap_planes(w, tile, step); break;
     case STEP_DRAW: draw(w, tile, step); break;
     case STEP_FULLSCREEN: run_kernel(w, tile, step->kernel, &(batch){.lanes = tile->lanes}); break;
@@ -207,6 +229,7 @@ static bool run_step(worker *w, tile *tile)
         if (w->bin && !fragment_list_run(w->plan, step, w->bins, w->bin, w->planes, &w->counts[w->plan->list_kept_at],
                                          &w->counts[w->plan->list_lost_at]))
             w->failed = true;
+        foresight_wrote(&w->foresight, step->plane);
         break;
     case STEP_BATCHES:
         tile->batch = 0;
@@ -235,6 +258,7 @@ bool tile_run(worker *w, tile *tile, const bins *bins, const bin *bin)
         w->planes[i] = tile->storage + w->plan->plane_offset[tile->plane_at[i]];
     if (bin)
         expander_start(w->expander, bins, bin);
+    foresight_start(&w->foresight);
     fixed_start(w, tile);
     while (tile->step < w->plan->program->step_count && run_step(w, tile))
         ;

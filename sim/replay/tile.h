@@ -3,6 +3,7 @@
 #define ROPSIM_TILE_H
 
 #include "expand.h"
+#include "foregone.h"
 #include "replay.h"
 
 typedef struct count_site { uint32_t at; uint8_t query; } count_site;  // a `count` instruction
@@ -19,6 +20,7 @@ struct worker {
     uint32_t count_total;
     count_site *sites;                  // kernel k's are those from site_start[k] to site_start[k + 1]
     uint32_t site_start[KERNEL_MAX + 1];
+    foresight foresight;
     bool failed;
 
     // The iteration being run: its loop, the conditions that it met, and the state at its head.
