@@ -147,6 +147,8 @@ typedef struct sampling {
     uint32_t head, warm, lead, window, period;  // stamps; head, lead: the fewest
     uint64_t seed;
 } sampling;
+// What may be asked for: period / window, and window.
+enum { SAMPLE_EVERY_LEAST = 2, SAMPLE_EVERY_MOST = 1 << 12, SAMPLE_WINDOW_LEAST = 16, SAMPLE_WINDOW_MOST = 1 << 18 };
 
 // Takes passes in order. A status other than STATUS_OK ends the run. `skip` and `phase`: only with sampling.
 typedef struct stamp_sink {

@@ -46,7 +46,7 @@ typedef struct sweep_query {
     bool exact;                 // among exact images only
     const char *const *bounds;  // `COLUMN<=VALUE` or `COLUMN>=VALUE`
     int bound_count;
-    const char *detail;         // NULL: the deepest that the sweep has
+    const char *detail;         // as in the sweep file; NULL: the deepest that the sweep has
     uint64_t top;
 } sweep_query;
 enum { SWEEP_BOUNDS_MAX = 16 };

@@ -13,9 +13,9 @@ bool sampling_words_take(const char *option, const char *value, sampling_words *
 {
     words->given = true;
     if (strcmp(option, "sample-every") == 0)
-        return command_uint(option, value, 2, 1 << 12, &words->every);
+        return command_uint(option, value, SAMPLE_EVERY_LEAST, SAMPLE_EVERY_MOST, &words->every);
     if (strcmp(option, "sample-window") == 0)
-        return command_uint(option, value, 16, 1 << 18, &words->window);
+        return command_uint(option, value, SAMPLE_WINDOW_LEAST, SAMPLE_WINDOW_MOST, &words->window);
     return command_uint(option, value, 0, UINT64_MAX, &words->seed);
 }
 

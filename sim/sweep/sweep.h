@@ -90,7 +90,7 @@ typedef struct sweep_combination {
     const sweep_trace *trace;
     const sweep_program *program;
     const sweep_variant *variant;
-    detail_level detail;
+    const sweep_level *detail;
     uint64_t max_iterations;
 } sweep_combination;
 

@@ -29,12 +29,20 @@ typedef struct sweep_setting {
     sweep_list values;
 } sweep_setting;
 
+// A level of detail of a sweep; of `sampled` there may be several.
+enum { SWEEP_LEVELS_MAX = 64 };
+typedef struct sweep_level {
+    detail_level level;
+    sampling sampling;     // of the level sampled
+    char name[NAME_SIZE];  // its one name in databases and tables
+} sweep_level;
+
 typedef struct sweep_file {
     char *path;
     sweep_list lists[SWEEP_KEY_COUNT];  // of a WORD or NUMBER: one word; empty where an optional key is missing
     sweep_setting settings[SWEEP_SETTINGS_MAX];
     int setting_count;
-    detail_level details[DETAIL_COUNT];
+    sweep_level details[SWEEP_LEVELS_MAX];
     int detail_count;
     int threads;
     uint64_t max_iterations;
@@ -63,8 +71,8 @@ enum { SWEEP_WHY_SIZE = 1024 };
 bool sweep_range_read(const char *text, sweep_range *range, char why[SWEEP_WHY_SIZE]);
 int64_t sweep_range_next(const sweep_range *range, int64_t number);
 
-// A level of detail by its name. False: `why` says which there are.
-bool sweep_read_level(const char *word, detail_level *level, char why[SWEEP_WHY_SIZE]);
+// A word of the key `detail` (sweep_level.c). False: `why` says what may stand there.
+bool sweep_read_level(const char *word, sweep_level *level, char why[SWEEP_WHY_SIZE]);
 
 // Appends a copy of a word; false: out of memory.
 bool sweep_list_add(sweep_list *list, const char *text, size_t line, size_t column);

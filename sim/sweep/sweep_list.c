@@ -40,23 +40,3 @@ void sweep_place_start(sweep_place *place, const report *report, const char *pat
     *place = (sweep_place){.to = report, .path = path, .word = word};
     place->report = (struct report){.say = say_with_place, .user = place};
 }
-
-bool sweep_read_level(const char *word, detail_level *level, char why[SWEEP_WHY_SIZE])
-{
-    char list[NAME_SIZE * DETAIL_COUNT] = "";
-    for (int i = 0; i < DETAIL_COUNT; i++) {
-        const size_t length = strlen(list);
-        *level = (detail_level)i;
-        if (strcmp(word, detail_level_names[i]) == 0)
-            return true;
-        snprintf(list + length, sizeof list - length, "%s%s",
-                 i == 0                 ? ""
-                 : i + 1 < DETAIL_COUNT ? ", "
-                                        : " or ",
-                 detail_level_names[i]);
-    }
-    const char *meant = nearest_word(word, detail_level_names, DETAIL_COUNT);
-    snprintf(why, SWEEP_WHY_SIZE, "detail is `%.60s`, but must be %s%s%s%s", word, list,
-             meant ? "; did you mean `" : "", meant ? meant : "", meant ? "`?" : "");
-    return false;
-}

@@ -282,7 +282,7 @@ sweep_combination sweep_get(const sweep *sweep, uint64_t index)
     return (sweep_combination){.trace = &sweep->traces[trace],
                                .program = &sweep->programs[program % sweep->program_count],
                                .variant = &sweep->variants[index % sweep->variant_count],
-                               .detail = sweep->file.details[detail % (uint64_t)sweep->file.detail_count],
+                               .detail = &sweep->file.details[detail % (uint64_t)sweep->file.detail_count],
                                .max_iterations = sweep->file.max_iterations};
 }
 

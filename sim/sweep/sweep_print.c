@@ -58,7 +58,7 @@ void print_half_width(const sweep_row *row, int column, double unit, int decimal
 static bool has_deeper(const sweep *sweep)
 {
     for (int i = 0; i < sweep->file.detail_count; i++) {
-        if (sweep->file.details[i] != DETAIL_FUNCTION)
+        if (sweep->file.details[i].level != DETAIL_FUNCTION)
             return true;
     }
     return false;
@@ -70,7 +70,7 @@ static void print_deeper(const sweep_combination *run, const sweep_row *row, FIL
     const sweep_value *read = &row->stats[SWEEP_STATISTICS_FROM + STAT_INDEX_memory_bytes_read];
     const sweep_value *written = &row->stats[SWEEP_STATISTICS_FROM + STAT_INDEX_memory_bytes_written];
     const sweep_value *cycles = &row->stats[STAT_drained_cycles], *bound = &row->stats[STAT_bound_by];
-    print_cell(detail_level_names[run->detail], out);
+    print_cell(run->detail->name, out);
     if (read->known && written->known)
         fprintf(out, " %.3f", (double)(read->count + written->count) / 1e6);
     else
@@ -150,7 +150,7 @@ static void write_row(const sweep *sweep, const sweep_combination *run, const sw
     char settings[SETTINGS_SIZE];
     sweep_settings_text(sweep, run->variant, settings, sizeof settings);
     const char *texts[] = {ROPSIM_VERSION,
-                           detail_level_names[run->detail],
+                           run->detail->name,
                            run->trace->label,
                            run->trace->hash,
                            run->program->label,

@@ -28,7 +28,7 @@ typedef struct query {
     bool most, exact;
     bound bounds[SWEEP_BOUNDS_MAX];
     int bound_count;
-    detail_level level;
+    sweep_level level;
     uint64_t top;
 } query;
 
@@ -114,10 +114,10 @@ static int rank(detail_level level)
     return level == DETAIL_CYCLE ? DETAIL_COUNT : (int)level;
 }
 
-static bool has_level(const sweep *sweep, detail_level level)
+static bool has_level(const sweep *sweep, const sweep_level *level)
 {
     for (int i = 0; i < sweep->file.detail_count; i++) {
-        if (sweep->file.details[i] == level)
+        if (strcmp(sweep->file.details[i].name, level->name) == 0)
             return true;
     }
     return false;
@@ -133,19 +133,19 @@ static status choose_level(const sweep *sweep, const sweep_query *words, const r
     if (!sweep)
         return STATUS_OK;
     for (int i = 0; i < sweep->file.detail_count && !words->detail; i++) {
-        if (i == 0 || rank(sweep->file.details[i]) > rank(query->level))
+        if (i == 0 || rank(sweep->file.details[i].level) > rank(query->level.level))
             query->level = sweep->file.details[i];
     }
-    if (!has_level(sweep, query->level))
+    if (!has_level(sweep, &query->level))
         return report_error(report, STATUS_USAGE, "%s has no runs of the level %s; its key detail says which run",
                             sweep->file.path, words->detail);
     for (int i = 0; i < query->bound_count; i++)
         deepest = query->bounds[i].measure.level > deepest->level ? &query->bounds[i].measure : deepest;
-    if (deepest->level > query->level)
+    if (deepest->level > query->level.level)
         return report_error(report, STATUS_USAGE,
                             "`%s` is known from the level %s on, but runs of the level %s are compared; give"
                             " `detail: %s` in the sweep file",
-                            deepest->name, detail_level_names[deepest->level], detail_level_names[query->level],
+                            deepest->name, detail_level_names[deepest->level], query->level.name,
                             detail_level_names[deepest->level]);
     return STATUS_OK;
 }
@@ -218,7 +218,7 @@ static status search_trace(sweep *sweep, const query *query, uint64_t trace, can
         candidate new = {.index = i};
         sweep_row row;
         bool found;
-        if (run.detail != query->level)
+        if (strcmp(run.detail->name, query->level.name) != 0)
             continue;
         const status status = store_find(sweep->store, &run, &found, &row);
         if (status != STATUS_OK)
@@ -315,7 +315,7 @@ static status print_all(sweep *sweep, const query *query, candidate *best, FILE 
     }
     if (absent > 0)
         fprintf(out, "\n%" PRIu64 " runs of the level %s are not there yet.\n", absent,
-                detail_level_names[query->level]);
+                query->level.name);
     return status == STATUS_OK && ferror(out) ? STATUS_IO : status;
 }
 

@@ -27,7 +27,7 @@ typedef struct rank_ready {
 typedef struct rank_run {
     int slot;
     uint64_t index;
-    detail_level detail;
+    char detail[NAME_SIZE];
     char program_hash[33], trace_hash[33], variant_hash[33];
 } rank_run;
 

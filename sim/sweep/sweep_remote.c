@@ -43,7 +43,7 @@ static status start(sweep_pool *pool, int slot, uint64_t index)
     memset(&message, 0, sizeof message);
     message.slot = slot_there(r, slot);
     message.index = index;
-    message.detail = run.detail;
+    memcpy(message.detail, run.detail->name, sizeof message.detail);
     memcpy(message.program_hash, run.program->hash, sizeof message.program_hash);
     memcpy(message.trace_hash, run.trace->hash, sizeof message.trace_hash);
     memcpy(message.variant_hash, run.variant->hash, sizeof message.variant_hash);

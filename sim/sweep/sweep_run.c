@@ -32,7 +32,7 @@ static double expect_work(const sweep_combination *run)
 {
     static const double factors[DETAIL_COUNT] = {
         [DETAIL_FUNCTION] = 1, [DETAIL_TRAFFIC] = 5, [DETAIL_CYCLE] = 9, [DETAIL_SAMPLED] = 5};
-    return factors[run->detail] * run->trace->work;
+    return factors[run->detail->level] * run->trace->work;
 }
 
 static status add_row(sweep_work *w, uint64_t index, const sweep_row *row)

@@ -51,7 +51,7 @@ static bool is_meant(server *s, const rank_run *run)
     if (!s->pool || run->slot < 0 || run->slot >= s->pool->slot_count || run->index >= sweep_count(s->sweep))
         return false;
     const sweep_combination own = sweep_get(s->sweep, run->index);
-    if (own.detail != run->detail || strcmp(own.program->hash, run->program_hash) != 0 ||
+    if (strcmp(own.detail->name, run->detail) != 0 || strcmp(own.program->hash, run->program_hash) != 0 ||
         strcmp(own.variant->hash, run->variant_hash) != 0)
         return false;
     sweep_trace *trace = &s->sweep->traces[own.trace - s->sweep->traces];

@@ -56,14 +56,14 @@ static bool function_fits(const sweep_share *share, const sweep_combination *run
 {
     const sweep_made *made = &share->made;
     return share->function && strcmp(made->program_hash, run->program->hash) == 0 &&
-           made->max_iterations == run->max_iterations && made->deeper == (run->detail != DETAIL_FUNCTION) &&
+           made->max_iterations == run->max_iterations && made->deeper == (run->detail->level != DETAIL_FUNCTION) &&
            machine_same_limits(&made->machine, &run->variant->machine);
 }
 
 static status replay(sweep_share *share, const sweep *sweep, const sweep_combination *run)
 {
     const machine *machine = &run->variant->machine;
-    const bool deeper = run->detail != DETAIL_FUNCTION;
+    const bool deeper = run->detail->level != DETAIL_FUNCTION;
     const run_options options = {.threads = sweep->file.threads,
                                  .max_iterations = run->max_iterations,
                                  .occlusion_ratio = -1,
@@ -89,8 +89,8 @@ static status run_levels(sweep_share *share, const sweep *sweep, const sweep_com
 {
     const program *program = run->program->program;
     const machine *machine = &run->variant->machine;
-    const bool deeper = run->detail != DETAIL_FUNCTION;
-    detail_options options = {.level = run->detail};
+    const bool deeper = run->detail->level != DETAIL_FUNCTION;
+    detail_options options = {.level = run->detail->level, .sampling = &run->detail->sampling};
     status status = STATUS_OK;
     if (!function_fits(share, run))
         drop_function(share);

@@ -122,7 +122,7 @@ static void bind_text(sqlite3_stmt *statement, int at, const char *text)
 static void bind_key(sqlite3_stmt *statement, const sweep_combination *key)
 {
     bind_text(statement, 1, ROPSIM_VERSION);
-    bind_text(statement, 2, detail_level_names[key->detail]);
+    bind_text(statement, 2, key->detail->name);
     bind_text(statement, 3, key->program->hash);
     bind_text(statement, 4, key->trace->hash);
     bind_text(statement, 5, key->variant->hash);

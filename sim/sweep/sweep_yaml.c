@@ -273,14 +273,16 @@ static void read_details(yaml_reader *reader)
     sweep_file *file = reader->file;
     const sweep_list *list = &file->lists[KEY_detail];
     if (list->count == 0)
-        file->details[file->detail_count++] = DETAIL_FUNCTION;
+        sweep_read_level(detail_level_names[DETAIL_FUNCTION], &file->details[file->detail_count++], (char[SWEEP_WHY_SIZE]){0});
     for (int i = 0; i < list->count; i++) {
         char why[SWEEP_WHY_SIZE] = "";
-        detail_level level;
+        sweep_level level;
         sweep_read_level(list->words[i].text, &level, why);
+        if (file->detail_count == SWEEP_LEVELS_MAX)
+            snprintf(why, sizeof why, "detail has more than %d levels", SWEEP_LEVELS_MAX);
         for (int k = 0; k < file->detail_count && !why[0]; k++) {
-            if (file->details[k] == level)
-                snprintf(why, sizeof why, "detail is given %s a second time", detail_level_names[level]);
+            if (strcmp(file->details[k].name, level.name) == 0)
+                snprintf(why, sizeof why, "detail is given %s a second time", level.name);
         }
         if (why[0]) {
             sweep_place place;

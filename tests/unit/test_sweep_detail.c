@@ -101,7 +101,7 @@ static bool compare_half_width(sqlite3_stmt *statement, int column, const char *
         return false;
     snprintf(of, sizeof of, "%.*s", (int)(length - (sizeof ending - 1)), stem);
     json_t *half = json_object_get(json_object_get(object, "half_widths"), of);
-    assert_int_equal(half != NULL, strcmp(detail, "sampled") == 0);
+    assert_int_equal(half != NULL, strncmp(detail, "sampled", 7) == 0);
     compare(statement, column, half, detail);
     return true;
 }
@@ -145,13 +145,14 @@ static void rows_hold_what_the_command_says(void **state)
     sweep_fixture f;
     char text[512];
     snprintf(text, sizeof text,
-             "%smachines: [programmable, tiled]\ndetail: [function, traffic, cycle, sampled]\n"
+             "%smachines: [programmable, tiled]\ndetail: [function, traffic, cycle, sampled, \"sampled,seed=3,window=32,every=4\"]\n"
              "set: {cache_misses_max: [2]}\n",
              peeling);
     sweep_fixture_start(&f, text);
     const sweep_totals totals = run(&f);
-    assert_int_equal(totals.combinations, 16);
-    assert_int_equal(totals.done, 16);
+    assert_int_equal(totals.combinations, 20);
+    assert_int_equal(totals.done, 20);
+    assert_int_equal(sweep_fixture_number(f.database, "SELECT count(*) FROM runs WHERE detail = 'sampled,every=4,window=32,seed=3'"), 4);
     sqlite3 *database = sweep_fixture_open(f.database);
     sqlite3_stmt *statement = NULL;
     assert_int_equal(sqlite3_prepare_v2(database, "SELECT program, machine, detail, * FROM runs", -1, &statement, NULL),
@@ -159,12 +160,14 @@ static void rows_hold_what_the_command_says(void **state)
     int rows = 0;
     for (; sqlite3_step(statement) == SQLITE_ROW; rows++) {
         const char *detail = (const char *)sqlite3_column_text(statement, 2);
+        const bool more = strcmp(detail, "sampled,every=4,window=32,seed=3") == 0;
+        detail = more ? "sampled --sample-every 4 --sample-window 32 --seed 3" : detail;
         json_t *object = run_command(&f, (const char *)sqlite3_column_text(statement, 0),
                                      (const char *)sqlite3_column_text(statement, 1), "cache_misses_max=2", detail);
         assert_int_equal(compare_row(statement, object, detail), 2 * STATISTIC_COUNT + 1 + DERIVED_COUNT);
         json_decref(object);
     }
-    assert_int_equal(rows, 16);
+    assert_int_equal(rows, 20);
     sqlite3_finalize(statement);
     sqlite3_close(database);
     // A second level's lines are written back after the last fragment.
@@ -203,6 +206,41 @@ static void machines_are_refused_with_the_reason(void **state)
                      4);
     assert_int_equal(run(&f).there, 12);
     sweep_fixture_end(&f);
+}
+
+static void levels_are_read_strictly(void **state)
+{
+    (void)state;
+    static const struct { const char *word, *name, *why; } rows[] = {
+        {"cycle", "cycle", NULL},
+        {"sampled", "sampled", NULL},
+        {"sampled,every=16,window=512,seed=1", "sampled", NULL},
+        {"sampled,seed=18446744073709551615,every=4096", "sampled,every=4096,seed=18446744073709551615", NULL},
+        {"sampled,window=16", "sampled,window=16", NULL},
+        {"sample", NULL, "did you mean `sampled`?"},
+        {"cycle,every=4", NULL, "only `sampled` takes more than its name"},
+        {"sampled,", NULL, "`,every=N` from 2 to 4096"},
+        {"sampled,every", NULL, "`,every=N` from 2 to 4096"},
+        {"sampled,every=", NULL, "`,every=N` from 2 to 4096"},
+        {"sampled,every=1", NULL, "`,every=N` from 2 to 4096"},
+        {"sampled,every=4097", NULL, "`,every=N` from 2 to 4096"},
+        {"sampled,every=-4", NULL, "`,every=N` from 2 to 4096"},
+        {"sampled,every=4x", NULL, "`,every=N` from 2 to 4096"},
+        {"sampled,every=4,every=4", NULL, "once each"},
+        {"sampled,ever=4", NULL, "once each"},
+        {"sampled,window=15", NULL, "`,window=STAMPS` from 16 to 262144"},
+        {"sampled,seed=18446744073709551616", NULL, "`,seed=N`"},
+        {"", NULL, "must be function, traffic, cycle or sampled"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char why[SWEEP_WHY_SIZE] = "";
+        sweep_level level;
+        assert_int_equal(sweep_read_level(rows[i].word, &level, why), rows[i].name != NULL);
+        if (rows[i].name)
+            assert_string_equal(level.name, rows[i].name);
+        else if (!strstr(why, rows[i].why))
+            fail_msg("%s: %s", rows[i].word, why);
+    }
 }
 
 // ---- Databases of other versions -----------------------------------------------------------------------
@@ -320,6 +358,7 @@ int main(void)
         cmocka_unit_test(columns_have_names_of_their_own),
         cmocka_unit_test(rows_hold_what_the_command_says),
         cmocka_unit_test(machines_are_refused_with_the_reason),
+        cmocka_unit_test(levels_are_read_strictly),
         cmocka_unit_test(older_databases_get_the_columns_that_they_lack),
         cmocka_unit_test(columns_of_another_type_are_refused),
     };
