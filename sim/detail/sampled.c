@@ -276,7 +276,7 @@ static double quantile(uint64_t freedom)
 }
 
 // By how much of what is inferred from windows a lead may have left it wrong, the same way in all windows: no difference between
-// them shows it. The largest found in cycles (docs/accuracy.md) is 0.6 %.
+// them shows it. The largest found in cycles (docs/accuracy.md) is 0.8 %.
 static const double ALLOWANCE = 0.01;
 
 static double half_width(const sampler *s, int i)
