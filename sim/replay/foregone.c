@@ -9,12 +9,11 @@
 
 enum { EXECUTE = 0 };
 
-static bool is_tested(const plan *plan, int plane)
+static void note_tested(const plan *plan, foresight *f)
 {
-    bool tested = false;
     for (int k = 0; plan->foregone && k < plan->program->kernel_count; k++)
-        tested |= plan->foregone[k].tests_of[plane] != 0;
-    return tested;
+        for (int plane = 0; plane < plan->program->plane_count; plane++)
+            f->tested[plane] |= plan->foregone[k].tests_of[plane] != 0;
 }
 
 static void note_stores(const plan *plan, foresight *f)
@@ -25,7 +24,7 @@ static void note_stores(const plan *plan, foresight *f)
         const instruction *code = bound_instructions(plan->bound, k, &count);
         f->store_start[k] = found;
         for (int i = 0; i < count; i++)
-            if (code[i].op == OP_st && is_tested(plan, code[i].d))
+            if (code[i].op == OP_st && f->tested[code[i].d])
                 f->stores[found++] = (watched_store){plan->count_offset[k] + (uint32_t)i, code[i].d};
         f->store_start[k + 1] = found;
     }
@@ -38,6 +37,7 @@ bool foresight_make(const plan *plan, foresight *f)
     f->seen = calloc((size_t)plan->count_total + 1, sizeof *f->seen);
     if (!f->stores || !f->seen)
         return false;
+    note_tested(plan, f);
     note_stores(plan, f);
     return true;
 }
@@ -59,14 +59,16 @@ void foresight_cleared(foresight *f, int plane, const uint32_t value[4])
 {
     for (int channel = 0; channel < 4; channel++) {
         f->ranges[4 * plane + channel] = (depth_range){value[channel], value[channel]};
-        f->known[4 * plane + channel] = true;
+        f->known[4 * plane + channel] = f->tested[plane];
     }
 }
 
 void foresight_copied(foresight *f, int plane, int source)
 {
-    memcpy(&f->ranges[4 * plane], &f->ranges[4 * source], 4 * sizeof *f->ranges);
-    memcpy(&f->known[4 * plane], &f->known[4 * source], 4 * sizeof *f->known);
+    for (int channel = 0; channel < 4; channel++) {
+        f->ranges[4 * plane + channel] = f->ranges[4 * source + channel];
+        f->known[4 * plane + channel] = f->tested[plane] && f->known[4 * source + channel];
+    }
 }
 
 void foresight_swapped(foresight *f, int plane, int other)
@@ -75,9 +77,9 @@ void foresight_swapped(foresight *f, int plane, int other)
         const depth_range range = f->ranges[4 * plane + channel];
         const bool known = f->known[4 * plane + channel];
         f->ranges[4 * plane + channel] = f->ranges[4 * other + channel];
-        f->known[4 * plane + channel] = f->known[4 * other + channel];
+        f->known[4 * plane + channel] = f->tested[plane] && f->known[4 * other + channel];
         f->ranges[4 * other + channel] = range;
-        f->known[4 * other + channel] = known;
+        f->known[4 * other + channel] = f->tested[other] && known;
     }
 }
 

@@ -56,8 +56,9 @@ typedef struct foresight {
     const struct foregone *tree;                 // of the kernel at hand; NULL: all of its batches are executed
     uint64_t settled;                            // bit t: test t of the tree
     settled_test tests[FOREGONE_TEST_MAX];
+    bool tested[PLANE_MAX];                      // some kernel's test looks at the plane: its stores are watched
     depth_range ranges[COLUMN_MAX];
-    bool known[COLUMN_MAX];
+    bool known[COLUMN_MAX];                      // never of a plane that is not tested: nobody would notice a store
     uint64_t batches;                            // passed over so far
     uint64_t lanes[FOREGONE_END_MAX];            // that came to each end in this draw
     bool uncounted;                              // some did

@@ -188,9 +188,30 @@ static void test_a_batch_changes_what_decides_on_the_next(void **state)
     trace_close(trace);
 }
 
+// A plane that no compare looks at is cleared and written to, and becomes by its name one that a compare looks at. Passed over by what the
+// clear left there, the last draw would write nothing.
+static void test_planes_that_change_names(void **state)
+{
+    static const char *const changes[] = {"swap limit other", "swap other limit", "copy limit other"};
+    (void)state;
+    trace *trace = two_layers();
+    for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
+        char text[1024];
+        snprintf(text, sizeof text,
+                 "program single\nplane limit depth\nplane other depth\nplane ticks u32\nplane color rgba\noutput color over color\n"
+                 "kernel write\n st other, near\nend\n"
+                 "kernel only\n ld r0, limit\n lt p1, r0, z\n @p1 ld r2, ticks\n @p1 add r1, r2, 1\n @p1 st ticks, r1\nend\n"
+                 "schedule\n clear limit near\n clear other far\n draw transparent with write\n %s\n draw transparent with only\n"
+                 " draw transparent with write\n clear limit far\n draw transparent with only\nend\n",
+                 changes[i]);
+        assert_int_equal(compare_text(text, trace), 2);  // the last draw's
+    }
+    trace_close(trace);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_shipped_programs), cmocka_unit_test(test_random_programs), cmocka_unit_test(test_single_compares),
-                                       cmocka_unit_test(test_a_batch_changes_what_decides_on_the_next)};
+                                       cmocka_unit_test(test_a_batch_changes_what_decides_on_the_next), cmocka_unit_test(test_planes_that_change_names)};
     return cmocka_run_group_tests(tests, trace_path_make, trace_path_remove);
 }
