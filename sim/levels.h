@@ -364,6 +364,7 @@ typedef struct detail_options {
 
 // One stamp in 16, and seed 1.
 sampling sampling_default(void);
+sampling sampling_of(uint64_t every, uint64_t window, uint64_t seed);  // one stamp in `every`; the rest as by default
 
 // Reads the trace for a level below `function`. Any number of runs may use it, one at a time, of whatever program, machine and options it
 // fits; detail_run reads for itself where there is none. `trace` and `report` must outlive it. Free with stamps_destroy.

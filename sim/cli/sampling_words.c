@@ -21,9 +21,5 @@ bool sampling_words_take(const char *option, const char *value, sampling_words *
 
 sampling sampling_words_get(const sampling_words *words)
 {
-    sampling s = sampling_default();
-    s.window = (uint32_t)words->window;
-    s.period = (uint32_t)(words->window * words->every);
-    s.seed = words->seed;
-    return s;
+    return sampling_of(words->every, words->window, words->seed);
 }

@@ -202,14 +202,19 @@ trade_summary trade_summarize(const trade_row *row, trade_quantity quantity)
     return sum;
 }
 
+static double rate(const trade_figures *figures, double seconds)
+{
+    return seconds > 0 ? (double)figures->visits / seconds : 0;
+}
+
 double trade_rate(const trade_figures *figures)
 {
-    return figures->cpu_seconds > 0 ? (double)figures->visits / figures->cpu_seconds : 0;
+    return rate(figures, figures->cpu_seconds);
 }
 
 double trade_rate_again(const trade_figures *figures)
 {
-    return figures->again_seconds > 0 ? (double)figures->visits / figures->again_seconds : 0;
+    return rate(figures, figures->again_seconds);
 }
 
 trade_figures trade_sampled(const trade_row *row)

@@ -22,7 +22,7 @@ static status open_log(clock_state *c, const clock_config *config)
 {
     const request_space space = {.burst_bytes = (uint32_t)c->machine->memory_burst_bytes,
                                  .channels = c->partition_count,
-                                 .only = config->requests_channel,
+                                 .only = config->requests_channel ? *config->requests_channel : -1,
                                  .banks = (uint64_t)c->machine->memory_banks,
                                  .row_bytes = (uint64_t)c->machine->memory_row_bytes};
     return request_log_open(config->requests_path, config->requests_format, &space, c->report, &c->log);

@@ -61,7 +61,6 @@ struct request_log {
     FILE *file;
     const log_format *format;
     request_space space;
-    int only;                                        // -1: all
     uint64_t channels;                               // of the flat address: a power of two
     uint64_t calls, late, core_cycle, memory_clock;  // the last two: what the file has reached
     uint32_t held;
@@ -84,16 +83,15 @@ status request_log_open(const char *path, const char *format, const request_spac
         found++;
     if (found == REQUEST_FORMATS)
         return refuse_format(format, report);
-    if (space->only && (*space->only < 0 || *space->only >= space->channels))
-        return report_error(report, STATUS_USAGE, "there is no channel %d: the machine has %d, numbered from 0", *space->only, space->channels);
+    if (space->only >= space->channels)
+        return report_error(report, STATUS_USAGE, "there is no channel %d: the machine has %d, numbered from 0", space->only, space->channels);
     request_log *new = malloc(sizeof *new);
     if (!new)
         return report_error(report, STATUS_IO, "%s: out of memory", path);
     new->format = &formats[found];
     new->space = *space;
-    new->only = space->only ? *space->only : -1;
     new->channels = 1;
-    while (!space->only && new->channels < (uint64_t)space->channels)
+    while (space->only < 0 && new->channels < (uint64_t)space->channels)
         new->channels *= 2;
     new->calls = new->late = new->core_cycle = new->memory_clock = 0;
     new->held = 0;
@@ -147,7 +145,7 @@ static uint64_t flat_address(const request_log *log, const logged_request *reque
     const request_space *space = &log->space;
     const uint64_t number = address / space->row_bytes, first_of_banks = number - number % space->banks;
     const uint64_t place = (first_of_banks + bank_of_row(number, space->banks)) * space->row_bytes + address % space->row_bytes;
-    const uint64_t channel = log->only < 0 ? (uint64_t)request->channel : 0;
+    const uint64_t channel = space->only < 0 ? (uint64_t)request->channel : 0;
     return (place / space->burst_bytes * log->channels + channel) * space->burst_bytes;
 }
 
@@ -176,7 +174,7 @@ static void write_earliest(request_log *log)
 void request_log_add(request_log *log, const logged_request *request)
 {
     assert(request->channel >= 0 && request->channel < log->space.channels);
-    if (log->only >= 0 && request->channel != log->only)
+    if (log->space.only >= 0 && request->channel != log->space.only)
         return;
     log->late += request->core_cycle < log->core_cycle;
     heap_push(log, &(held_request){*request, log->calls++});

@@ -14,7 +14,7 @@ typedef struct request_log request_log;
 typedef struct request_space {
     uint32_t burst_bytes;
     int channels;                  // at least 1
-    const int *only;               // NULL, or the one channel that is logged: a space by itself
+    int only;                      // -1: all, or the one channel that is logged: a space by itself
     uint64_t banks, row_bytes;     // of a channel; row_bytes: a multiple of burst_bytes
 } request_space;
 

@@ -158,7 +158,7 @@ static status drain(detail *d)
 
 // ---- The run -------------------------------------------------------------------------------------------
 
-static sampling sampling_of(const detail_options *options)
+static sampling sampling_wanted(const detail_options *options)
 {
     return options->sampling ? *options->sampling : sampling_default();
 }
@@ -177,14 +177,14 @@ static arrival_options arrival_options_of(const machine *m, const detail_options
 status detail_read(const program *program, const machine *machine, trace *trace, const detail_options *options, const report *report,
                    stamps **stamps)
 {
-    const sampling sampling = sampling_of(options);
+    const sampling sampling = sampling_wanted(options);
     const arrival_options arrival_options = arrival_options_of(machine, options, &sampling);
     return stamps_read(program, machine, trace, &arrival_options, report, stamps);
 }
 
 bool detail_fits(const stamps *stamps, const program *program, const machine *machine, const trace *trace, const detail_options *options)
 {
-    const sampling sampling = sampling_of(options);
+    const sampling sampling = sampling_wanted(options);
     const arrival_options arrival_options = arrival_options_of(machine, options, &sampling);
     return stamps_fit(stamps, program, machine, trace, &arrival_options);
 }
@@ -267,7 +267,7 @@ status detail_run(const program *program, const machine *machine, trace *trace, 
         return report_error(report, STATUS_IO, "out of memory");
     if (options->level == DETAIL_SAMPLED) {
         d.sampler = &sampler;
-        d.result->sampling = sampling_of(options);
+        d.result->sampling = sampling_wanted(options);
     }
     status status = make_models(&d, program, trace, function, options);
     if (status == STATUS_OK)

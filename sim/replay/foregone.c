@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EXECUTE = 0 };
-
 static void note_tested(const plan *plan, foresight *f)
 {
     for (int k = 0; plan->foregone && k < plan->program->kernel_count; k++)
@@ -158,7 +156,7 @@ __attribute__((noinline)) static settled_test settle_test(foresight *f, const ti
     if (depth_left || depth_right)
         return settled;
     // Nothing depends on the depths of the batch: what comes next is the same for all.
-    int16_t next = ~EXECUTE;
+    int16_t next = ~END_EXECUTE;
     if (a.most < settled.below)
         next = settled.next_below;
     else if (a.least >= settled.from)
@@ -200,7 +198,7 @@ static int walk(foresight *f, const tile_plane *planes, depth_range depths)
         else if (depths.least >= settled->from)
             at = settled->next_from;
         else
-            return EXECUTE;
+            return END_EXECUTE;
     }
     return ~at;
 }
@@ -208,7 +206,7 @@ static int walk(foresight *f, const tile_plane *planes, depth_range depths)
 void foresight_begin(foresight *f, int kernel)
 {
     f->tree = f->plan->foregone ? &f->plan->foregone[kernel] : NULL;
-    if (f->tree && f->tree->root == ~EXECUTE)
+    if (f->tree && f->tree->root == ~END_EXECUTE)
         f->tree = NULL;
     f->settled = 0;
 }
@@ -220,7 +218,7 @@ bool foresight_passes_over(foresight *f, const tile_plane *planes, const bins *b
     if (batch->depths.least > batch->depths.most)
         batch->depths = batch_depths(bins, batch, f->plan->depth_format);
     const int end = walk(f, planes, batch->depths);
-    if (end == EXECUTE)
+    if (end == END_EXECUTE)
         return false;
     f->lanes[end] += lanes == UINT64_MAX ? TILE_LANES : count_lanes(lanes);
     f->batches++;

@@ -29,7 +29,8 @@ typedef struct foregone_test {
     int16_t next[2];
 } foregone_test;
 
-// Where nothing was written: a bit for each instruction that all lanes executed. End 0 is not one of these: execute the batch.
+// Where nothing was written: a bit for each instruction that all lanes executed. The first is not one of these: execute the batch.
+enum { END_EXECUTE = 0 };
 typedef struct foregone_end { uint64_t executed[WORD_MAX / 64]; } foregone_end;
 
 // The tests of one kernel, a tree.

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EXECUTE = ~0, FORKS_MAX = 8 };
+enum { EXECUTE = ~END_EXECUTE, FORKS_MAX = 8 };
 
 typedef enum where { NOWHERE, EVERYWHERE, SOMEWHERE } where;
 
@@ -191,7 +191,7 @@ struct foregone *foregone_find(const program *program, const bound_program *boun
     for (int k = 0; trees && k < program->kernel_count; k++) {
         finder f = {.bound = bound, .depth_format = depth_format, .out = &trees[k]};
         f.code = bound_instructions(bound, k, &f.count);
-        trees[k].end_count = 1;
+        trees[k].end_count = END_EXECUTE + 1;
         trees[k].root = follow(&f, (path){0});
     }
     return trees;

@@ -9,6 +9,15 @@ sampling sampling_default(void)
     return (sampling){.head = 256, .warm = 8192, .lead = 2048, .window = 512, .period = 8192, .seed = 1};
 }
 
+sampling sampling_of(uint64_t every, uint64_t window, uint64_t seed)
+{
+    sampling s = sampling_default();
+    s.window = (uint32_t)window;
+    s.period = (uint32_t)(window * every);
+    s.seed = seed;
+    return s;
+}
+
 // A random number below `below`, itself below 2^36, from the seed, the pass and the stratum (splitmix64). It is a part of `below`, not a
 // remainder: machines whose heads differ by little have windows at nearly the same places, and can be compared.
 static uint64_t draw_place(const arrival *a, uint64_t below)

@@ -74,7 +74,7 @@ bool sweep_read_level(const char *word, sweep_level *level, char why[SWEEP_WHY_S
     part parts[PARTS] = {{.name = "every", .least = SAMPLE_EVERY_LEAST, .most = SAMPLE_EVERY_MOST, .standard = s.period / s.window},
                          {.name = "window", .least = SAMPLE_WINDOW_LEAST, .most = SAMPLE_WINDOW_MOST, .standard = s.window},
                          {.name = "seed", .most = UINT64_MAX, .standard = s.seed}};
-    *level = (sweep_level){.sampling = s};
+    *level = (sweep_level){0};
     const char *behind = read_name(word, &level->level, why);
     if (!behind)
         return false;
@@ -90,8 +90,6 @@ bool sweep_read_level(const char *word, sweep_level *level, char why[SWEEP_WHY_S
         if (p->value != p->standard)
             length += snprintf(level->name + length, sizeof level->name - (size_t)length, ",%s=%" PRIu64, p->name, p->value);
     }
-    level->sampling.window = (uint32_t)parts[1].value;
-    level->sampling.period = (uint32_t)(parts[0].value * parts[1].value);
-    level->sampling.seed = parts[2].value;
+    level->sampling = sampling_of(parts[0].value, parts[1].value, parts[2].value);
     return true;
 }

@@ -31,7 +31,7 @@ static int remove_folder(void **state)
 
 static request_space space_of(int channels)
 {
-    return (request_space){.burst_bytes = 32, .channels = channels, .banks = 8, .row_bytes = 2048};
+    return (request_space){.burst_bytes = 32, .channels = channels, .only = -1, .banks = 8, .row_bytes = 2048};
 }
 
 static request_log *open_log(const char *format, int channels)
@@ -138,7 +138,7 @@ static void rows_and_banks_stand_in_the_bits(void **state)
     const channel_timing t = {.core_mhz = 1, .memory_mhz = 1, .bytes_per_clock = 32, .burst_bytes = 32, .banks = BANKS, .row_bytes = ROW, .write_queue = 1};
     for (int only = -1; only <= 2; only += 3) {
         const int number = 2;
-        const request_space space = {.burst_bytes = 32, .channels = 3, .only = only < 0 ? NULL : &number, .banks = BANKS, .row_bytes = ROW};
+        const request_space space = {.burst_bytes = 32, .channels = 3, .only = only, .banks = BANKS, .row_bytes = ROW};
         const uint64_t channels = only < 0 ? 4 : 1;
         channel *c = channel_create(&t), *other = channel_create(&t);
         request_log *log = NULL;
@@ -233,7 +233,7 @@ static void what_cannot_be_opened_is_said(void **state)
     assert_null(log);
     assert_int_equal(said.count, 1);
     messages_start(&said);
-    space.only = &(int){1};
+    space.only = 1;
     assert_int_equal(request_log_open(path, "csv", &space, &said.report, &log), STATUS_USAGE);
     assert_non_null(strstr(said.text, "there is no channel 1: the machine has 1, numbered from 0"));
     log = open_log("csv", 1);
