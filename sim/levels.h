@@ -100,6 +100,7 @@ typedef struct stamp {
     uint32_t quads, quads_shaded, quads_passed;  // quads with such a lane
     uint32_t texture_reads;       // quads times planes read as textures
     uint32_t list_bytes;          // appended to or read from lists of fragments
+    uint64_t time;                // sampling: stamps that came before it in the run, and a little more
     const plane_access *accesses; // valid during the call
     int access_count;
 } stamp;
@@ -134,7 +135,7 @@ static inline uint64_t frame_quads(const frame *frame, uint64_t lanes)
 }
 
 // Sampling: what is done with a pass's stamps. A pass begins with its head, until the queues of
-// units can be full; the rest is cut into strata of `period` stamps, each with one window at a place drawn by `seed`. Units go
+// units can be full; the rest is cut into strata of `period` stamps, each with one window that ends at a place drawn by `seed`. Units go
 // from window to window with what they hold; caches see what comes before a window, and a lead makes units meet what lies there.
 typedef enum stamp_phase {
     PHASE_HEAD,     // the pass's first stamps, or all of a short pass: measured, each for itself alone
@@ -145,6 +146,7 @@ typedef enum stamp_phase {
 } stamp_phase;
 typedef struct sampling {
     uint32_t head, warm, lead, window, period;  // stamps; head, lead: the fewest
+    uint32_t lead_and_window;       // the fewest of both together
     uint64_t seed;
 } sampling;
 // What may be asked for: period / window, and window.
@@ -156,8 +158,10 @@ typedef struct stamp_sink {
     status (*stamp)(void *user, const stamp *stamp);
     status (*end_pass)(void *user);
     void (*ahead)(void *user, uint32_t tile);  // NULL, or: a stamp of this block will come soon
-    status (*warm)(void *user, const stamp *stamp);  // caches see this, several stamps of a block as one
-    void (*skip)(void *user, uint32_t tile, uint32_t written);  // storage i of a block was written (bit i) and nobody looked
+    status (*warm)(void *user, const stamp *stamp, const uint64_t *times);  // caches hear of this, several stamps of a block as one: by access, when
+                                                                 // the last of them made it
+    // Storage i of a block was written (bit i) and nobody looked, of no more lanes than these; the last time that may have been.
+    void (*skip)(void *user, uint32_t tile, uint32_t planes, uint64_t lanes, uint64_t time);
     status (*phase)(void *user, stamp_phase phase, uint64_t begun);  // from now on; a new window, too; primitives that began before
     void *user;
 } stamp_sink;
@@ -260,9 +264,11 @@ void memory_begin_pass(memory *memory, const pass_info *pass, statistics *statis
 const stamp_lines *memory_stamp(memory *memory, const stamp *stamp, statistics *statistics);
 // Nothing but a hint: a stamp of this block will come soon.
 void memory_ahead(const memory *memory, uint32_t tile);
-// Sampling. Caches take part, and nothing is counted; storage i of a block was written (bit i) and caches did not take part.
-void memory_warm(memory *memory, const stamp *stamp);
-void memory_pass_over(memory *memory, uint32_t tile, uint32_t written);
+// Sampling, where stamps have times. A stamp of this block comes at this time; caches hear what a stamp touched, each access at a time
+// of its own; no more than these lanes of storage i of a block were written (bit i), last at this time. In any order, and nothing is counted.
+void memory_at(memory *memory, uint32_t tile, uint64_t time);
+void memory_warm(memory *memory, const stamp *stamp, const uint64_t *times);
+void memory_pass_over(memory *memory, uint32_t tile, uint32_t planes, uint64_t lanes, uint64_t time);
 // After a pass, until it returns false: the next line written back of those still changed; at the end of the run
 // (`last`) those of the second level as well. Touches of one cache of one partition, one at a time.
 bool memory_flush(memory *memory, bool last, uint32_t *partition, access_unit *cache, transfer *transfer, statistics *statistics);
@@ -309,6 +315,7 @@ void clock_resume(clock_state *clock, uint64_t begun);
 uint64_t clock_last_stamp(const clock_state *clock);  // after clock_end_stamps: cycle at which it was done
 uint64_t clock_waiting(clock_state *clock);  // stamps that have left the rasterizer by then, and that no last unit has begun
 uint64_t clock_front(const clock_state *clock);  // cycle at which the last stamp handed in has left the rasterizer
+uint64_t clock_paced(const clock_state *clock);  // primitives of the pass that the rasterizer waited for until they were set up
 void clock_settle(clock_state *clock, statistics *statistics);  // brings counts of units and channels up to date
 uint64_t clock_now(const clock_state *clock);            // cycle at which the last pass was drained
 uint64_t clock_last_fragment(const clock_state *clock);  // cycle at which its last fragment was done

@@ -272,6 +272,11 @@ uint64_t clock_front(const clock_state *c)
     return cycles_up(c->front.raster_free);
 }
 
+uint64_t clock_paced(const clock_state *c)
+{
+    return c->front.paced;
+}
+
 status clock_end_stamps(clock_state *c, statistics *statistics)
 {
     const status status = idle(c, statistics);

@@ -171,6 +171,8 @@ typedef struct front {
     shares set_up_shares, read_shares;  // of `geometry` by primitive, of `reads` by primitive asked for
     uint64_t *begun;          // when each of the last triangles_ahead primitives came to the rasterizer
     bool begins;              // the stamp at hand begins one
+    uint64_t there;           // when that is set up, if nothing but this kept it from the rasterizer; else 0
+    uint64_t paced;           // primitives that nothing but set-up kept waiting
     uint64_t primitive;       // of those that come: how many began
     uint64_t asked;           // and for how many the lines were asked for
     uint64_t begun_place, read_place, asked_place;  // of `primitive` in begun and in read_ready, of `asked` in read_ready

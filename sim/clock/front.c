@@ -136,7 +136,8 @@ void front_next(clock_state *c, const stamp *stamp)
     f->begins = stamp->begins_primitive && f->primitive < c->pass.primitives;
     if (f->begins) {
         ask_ahead(c);
-        const uint64_t there = later(set_up(c), f->read_ready[f->read_place]);
+        const uint64_t is_set_up = set_up(c), there = later(is_set_up, f->read_ready[f->read_place]);
+        f->there = there > when && there == is_set_up ? there : 0;
         if (there > when) {
             c->statistics->raster_wait_geometry += there - when;
             when = there;
@@ -150,6 +151,7 @@ void front_step(clock_state *c)
     front *f = &c->front;
     f->now = f->when;
     if (f->begins) {
+        f->paced += f->there == f->now;
         f->begun[f->begun_place] = f->now;
         f->begun_place = next_place(f->begun_place, c->machine->triangles_ahead);
         f->read_place = next_place(f->read_place, c->machine->triangles_ahead + 1);

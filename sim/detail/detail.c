@@ -281,7 +281,7 @@ status detail_run(const program *program, const machine *machine, trace *trace, 
     if (status == STATUS_OK)
         status = check(&d, options);
     if (status == STATUS_OK && d.sampler)
-        sampled_finish(&d);
+        estimate_half_widths(&d);
     free(sampler.windows);
     clock_destroy(d.clock);
     memory_destroy(d.memory);

@@ -1,4 +1,5 @@
-// What the files of a run at a deeper level share: detail.c runs it, sampled.c estimates a run from parts of it.
+// What the files of a run at a deeper level share: detail.c runs it, sampled.c measures parts of it, and estimate.c tells from those what all
+// of it would be.
 #ifndef ROPSIM_DETAIL_H
 #define ROPSIM_DETAIL_H
 
@@ -7,6 +8,7 @@
 typedef struct sampled_window {
     statistics statistics;
     double waiting;              // by how many stamps the queues grew
+    double primitives, paced;    // that began; those of them that nothing but set-up kept waiting
 } sampled_window;
 
 // Of the level sampled: what was measured of the pass at hand.
@@ -15,11 +17,13 @@ typedef struct sampler {
     bool any;                    // a phase was told
     statistics at;               // when the phase began
     uint64_t front;              // and where the rasterizer was
+    uint64_t begun, paced;       // primitives that had begun
     statistics exact, head;      // of the pass: what is not sampled; its first stamps
     uint64_t waiting;            // stamps that were in queues
     sampled_window *windows;
     uint32_t window_count, window_capacity;
     uint64_t head_stamps, head_waiting;  // of the head; those of them in queues at its end
+    uint64_t head_primitives;    // that began in it
     double variances[STATISTIC_COUNT + 1];  // of the sum over all passes so far; the last: of memory bytes read and written
     double inferred[STATISTIC_COUNT + 1];   // of those sums, what comes from windows and varies between them
     uint64_t freedom;            // degrees of
@@ -46,14 +50,18 @@ status detail_keep_record(detail *detail);
 status detail_flush(detail *detail, bool last);
 int detail_busiest(const uint64_t bounds[RESOURCE_COUNT], uint64_t cycles);
 
-// sampled.c: what a sink does, and the intervals at the end.
+// sampled.c: what a sink does.
 status sampled_begin_pass(void *user, const pass_info *pass);
 status sampled_stamp(void *user, const stamp *stamp);
-status sampled_warm(void *user, const stamp *stamp);
-void sampled_skip(void *user, uint32_t tile, uint32_t written);
+status sampled_warm(void *user, const stamp *stamp, const uint64_t *times);
+void sampled_skip(void *user, uint32_t tile, uint32_t planes, uint64_t lanes, uint64_t time);
 status sampled_phase(void *user, stamp_phase phase, uint64_t begun);
 status sampled_end_pass(void *user);
 status sampled_drain(detail *detail, const pass_info *pass);  // of the second level, as a pass of its own
-void sampled_finish(detail *detail);
+
+// estimate.c: adds to the record at hand the sum over all stamps behind the head, `waiting` of which wait at the end, and its variance to those of
+// the passes before; the intervals, when all passes have ended.
+void estimate_pass(detail *detail, uint64_t stamps, uint64_t waiting);
+void estimate_half_widths(detail *detail);
 
 #endif

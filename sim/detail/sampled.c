@@ -1,25 +1,11 @@
 // The level sampled: a pass from its head, its windows and its end.
 //
-// estimate of a pass = what is known exactly (geometry) + head + mean of windows * stamps behind the head + end (units that run
-// empty, the flush and the drain). A window's cycles are those between its first and its last stamp leaving the rasterizer: summed over all
-// stamps that is the pass's time but for its end, since units go from window to window with what they hold. What units did meanwhile
-// was work on other stamps: those in queues before, not those in queues after. If queues grew, the window's own stamps will still
-// cost time, and the other way round: so what units count is a mean of the stamps that they began, and time goes with them. Windows lie at random
-// places, one a stratum, so the sum is unbiased but for what a lead does not make up for, and for the order in which
-// caches see stamps that were run together. Its variance comes from differences of
-// neighbouring windows (Cochran 1977, 8.8), which trends within a pass do not widen; it adds up over passes.
+// estimate of a pass = what is known exactly (geometry) + head + what windows tell of all stamps behind it (estimate.c) + end (units that
+// run empty, the flush and the drain).
 #include "detail.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static uint64_t *values(statistics *s)
-{
-    return (uint64_t *)(void *)s;
-}
-
-// ---- Measuring -----------------------------------------------------------------------------------------
 
 status sampled_begin_pass(void *user, const pass_info *pass)
 {
@@ -28,14 +14,14 @@ status sampled_begin_pass(void *user, const pass_info *pass)
     d->record = (pass_record){.info = *pass};
     s->any = false;
     s->window_count = 0;
-    s->head_stamps = s->head_waiting = 0;
+    s->head_stamps = s->head_waiting = s->head_primitives = 0;
     s->head = s->exact = (statistics){0};
     s->at = d->raw;
     memory_begin_pass(d->memory, &d->record.info, &d->raw);
     return clock_begin_pass(d->clock, &d->record.info, &d->raw);
 }
 
-static bool add_window(sampler *s, const statistics *window, double waiting)
+static bool add_window(sampler *s, const sampled_window *window)
 {
     if (s->window_count == s->window_capacity) {
         const uint32_t capacity = s->window_capacity ? 2 * s->window_capacity : 16;
@@ -45,12 +31,12 @@ static bool add_window(sampler *s, const statistics *window, double waiting)
         s->windows = grown;
         s->window_capacity = capacity;
     }
-    s->windows[s->window_count++] = (sampled_window){*window, waiting};
+    s->windows[s->window_count++] = *window;
     return true;
 }
 
-// Ends the phase at hand: what was measured is kept.
-static status end_phase(detail *d)
+// Ends the phase at hand: what was measured is kept. So many primitives have begun.
+static status end_phase(detail *d, uint64_t begun)
 {
     sampler *s = d->sampler;
     if (!s->any || (s->phase != PHASE_HEAD && s->phase != PHASE_MEASURE))
@@ -63,9 +49,11 @@ static status end_phase(detail *d)
         s->head = since;
         s->head_stamps = since.stamps;
         s->head_waiting = waiting;
+        s->head_primitives = begun;
         return STATUS_OK;
     }
-    return add_window(s, &since, (double)waiting - (double)s->waiting) ? STATUS_OK : report_error(d->report, STATUS_IO, "out of memory: windows");
+    const sampled_window window = {since, (double)waiting - (double)s->waiting, (double)(begun - s->begun), (double)(clock_paced(d->clock) - s->paced)};
+    return add_window(s, &window) ? STATUS_OK : report_error(d->report, STATUS_IO, "out of memory: windows");
 }
 
 static bool timed(stamp_phase phase)
@@ -77,7 +65,7 @@ status sampled_phase(void *user, stamp_phase phase, uint64_t begun)
 {
     detail *d = user;
     sampler *s = d->sampler;
-    const status status = end_phase(d);
+    const status status = end_phase(d, begun);
     if (s->any && timed(phase) && !timed(s->phase))
         clock_resume(d->clock, begun);
     clock_settle(d->clock, &d->raw);
@@ -86,6 +74,8 @@ status sampled_phase(void *user, stamp_phase phase, uint64_t begun)
     s->at = d->raw;
     s->waiting = s->any ? clock_waiting(d->clock) : 0;
     s->front = s->any ? clock_front(d->clock) : clock_now(d->clock);
+    s->begun = begun;
+    s->paced = clock_paced(d->clock);
     s->phase = phase;
     s->any = true;
     return status;
@@ -94,105 +84,22 @@ status sampled_phase(void *user, stamp_phase phase, uint64_t begun)
 status sampled_stamp(void *user, const stamp *stamp)
 {
     detail *d = user;
+    memory_at(d->memory, stamp->tile, stamp->time);
     const stamp_lines *lines = memory_stamp(d->memory, stamp, &d->raw);
     return clock_stamp(d->clock, stamp, lines, &d->raw);
 }
 
-status sampled_warm(void *user, const stamp *stamp)
+status sampled_warm(void *user, const stamp *stamp, const uint64_t *times)
 {
     detail *d = user;
-    memory_warm(d->memory, stamp);
+    memory_warm(d->memory, stamp, times);
     return STATUS_OK;
 }
 
-void sampled_skip(void *user, uint32_t tile, uint32_t written)
+void sampled_skip(void *user, uint32_t tile, uint32_t planes, uint64_t lanes, uint64_t time)
 {
     detail *d = user;
-    memory_pass_over(d->memory, tile, written);
-}
-
-// ---- Estimating ----------------------------------------------------------------------------------------
-
-// Statistic i, or behind the last one the bytes read and written, whose errors go together.
-static double value_of(const statistics *s, int i)
-{
-    return i < STATISTIC_COUNT ? (double)statistic_value(s, i) : (double)(s->memory_bytes_read + s->memory_bytes_written);
-}
-
-// Whether a statistic is counted when units work on a stamp, not when it arrives.
-static bool by_units(int i)
-{
-    return i < STATISTIC_COUNT && statistic_rows[i].level == DETAIL_CYCLE && i != STAT_INDEX_raster_busy && i != STAT_INDEX_geometry_busy &&
-           i != STAT_INDEX_raster_wait_geometry;
-}
-
-// Stamps behind the head that arrive; that units begin, until they have only those left that wait at the end; measured, both.
-// `felt`: by how many stamps of all that arrive time changes if queues grow by one.
-typedef struct stamp_sums { double arrive, begin, arrived, begun, felt; } stamp_sums;
-
-// Stamps that the rasterizer discarded wait in no queue; and where it never waits for queues, time does not depend on them. Where most are
-// discarded, work comes in bursts: the mean stamp then tells nothing of those that wait.
-static double felt_growth(const sampler *s)
-{
-    double arrived = 0, queued = 0, cycles = 0, blocked = 0;
-    for (uint32_t w = 0; w < s->window_count; w++) {
-        const statistics *window = &s->windows[w].statistics;
-        arrived += (double)window->stamps;
-        queued += (double)(window->stamps - window->stamps_hierarchical);
-        cycles += (double)window->cycles;
-        blocked += (double)window->raster_wait_queue;
-    }
-    return 2 * queued > arrived && cycles > 0 ? (arrived / queued) * (blocked / cycles) : 0;
-}
-
-static stamp_sums sum_stamps(const detail *d, uint64_t stamps, uint64_t waiting)
-{
-    const sampler *s = d->sampler;
-    stamp_sums sums = {.arrive = (double)stamps, .felt = felt_growth(s)};
-    sums.begin = sums.arrive + sums.felt * ((double)s->head_waiting - (double)waiting);
-    for (uint32_t w = 0; w < s->window_count; w++) {
-        sums.arrived += (double)s->windows[w].statistics.stamps;
-        sums.begun += (double)s->windows[w].statistics.stamps - sums.felt * s->windows[w].waiting;
-    }
-    if (sums.begin < 0 || 2 * sums.begun < sums.arrived) {  // too few windows to tell
-        sums.begin = sums.arrive;
-        sums.begun = 0;
-    }
-    return sums;
-}
-
-// Adds the sum over all stamps behind the head, `waiting` of which wait at the end, and its variance.
-static void estimate(detail *d, uint64_t stamps, uint64_t waiting)
-{
-    sampler *s = d->sampler;
-    const stamp_sums sums = sum_stamps(d, stamps, waiting);
-    d->result->stamps += stamps + s->head_stamps;
-    d->result->stamps_measured += (uint64_t)sums.arrived + s->head_stamps;
-    d->result->windows += s->window_count;
-    if (!s->window_count)
-        return;
-    const double m = s->window_count;
-    for (int i = 0; i <= STATISTIC_COUNT; i++) {
-        const bool begun = by_units(i) && sums.begun > 0;
-        double sum = 0, squares = 0, last = 0;
-        for (uint32_t w = 0; w < s->window_count; w++)
-            sum += value_of(&s->windows[w].statistics, i);
-        const double each = sum / (begun ? sums.begun : sums.arrived);  // a stamp
-        const double inferred = each * (begun ? sums.begin : sums.arrive);
-        for (uint32_t w = 0; w < s->window_count; w++) {
-            const double value = value_of(&s->windows[w].statistics, i) + (begun ? each * sums.felt * s->windows[w].waiting : 0);
-            squares += w ? (value - last) * (value - last) : 0;
-            last = value;
-        }
-        const double scale = sums.arrive / sums.arrived;
-        if (i < STATISTIC_COUNT)
-            values(&d->record.statistics)[i] += (uint64_t)llround(inferred);
-        if (s->window_count > 1)
-            s->variances[i] += scale * scale * m * squares / (2 * (m - 1)) * (1 - 1 / scale);
-        if (squares > 0)
-            s->inferred[i] += inferred;
-    }
-    s->freedom += s->window_count - 1;
+    memory_pass_over(d->memory, tile, planes, lanes, time);
 }
 
 static void estimate_bounds(detail *d)
@@ -217,7 +124,7 @@ static void estimate_bounds(detail *d)
 static status finish_pass(detail *d, bool last)
 {
     sampler *s = d->sampler;
-    status status = end_phase(d);
+    status status = end_phase(d, d->record.info.primitives);
     const bool whole = !s->window_count;
     const uint64_t front = clock_front(d->clock), waiting = clock_waiting(d->clock);
     clock_settle(d->clock, &d->raw);
@@ -237,7 +144,7 @@ static status finish_pass(detail *d, bool last)
     end.cycles = end.fragment_cycles = 0;
     statistics_add(&d->record.statistics, &s->head);
     statistics_add(&d->record.statistics, &end);
-    estimate(d, d->record.info.stamps > s->head_stamps ? d->record.info.stamps - s->head_stamps : 0, waiting);
+    estimate_pass(d, d->record.info.stamps > s->head_stamps ? d->record.info.stamps - s->head_stamps : 0, waiting);
     statistics *r = &d->record.statistics;
     if (whole) {
         r->cycles = pass_cycles;
@@ -265,28 +172,4 @@ status sampled_drain(detail *d, const pass_info *pass)
 {
     const status status = sampled_begin_pass(d, pass);
     return status == STATUS_OK ? finish_pass(d, true) : status;
-}
-
-// Two-sided 95 % quantiles of Student's t.
-static double quantile(uint64_t freedom)
-{
-    static const double table[] = {12.71, 12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
-                                   2.201, 2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086};
-    return freedom <= 20 ? table[freedom] : 1.96 + 2.5 / (double)freedom;
-}
-
-// By how much of what is inferred from windows a lead may have left it wrong, the same way in all windows: no difference between
-// them shows it. The largest found in cycles (docs/accuracy.md) is 0.8 %.
-static const double ALLOWANCE = 0.01;
-
-static double half_width(const sampler *s, int i)
-{
-    return hypot(quantile(s->freedom) * sqrt(s->variances[i]), ALLOWANCE * s->inferred[i]);
-}
-
-void sampled_finish(detail *d)
-{
-    for (int i = 0; i < STATISTIC_COUNT; i++)
-        d->result->half_widths[i] = half_width(d->sampler, i);
-    d->result->memory_half_width = half_width(d->sampler, STATISTIC_COUNT);
 }

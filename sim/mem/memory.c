@@ -146,6 +146,7 @@ void memory_begin_pass(memory *m, const pass_info *pass, statistics *s)
     const uint64_t line = (uint64_t)m->machine->line_bytes;
     const uint64_t reads = geometry_reads(m->machine, pass) * line, writes = geometry_writes(m->machine, pass) * line;
     m->pass = *pass;
+    m->oldest_of_pass = m->latest + 1;
     m->flush_partition = m->flush_cache = m->flush_line = 0;
     for (int64_t p = 0; p < m->machine->partitions; p++)
         cache_forget(&m->caches[p][ACCESS_TEXTURE]);  // which does not see what the ROP wrote
@@ -224,19 +225,4 @@ void memory_ahead(const memory *m, uint32_t tile)
     __builtin_prefetch(slots + m->block_lines);  // as they need not lie in one line
     if (m->out.counts[ACCESS_TEXTURE])  // the stamp before read textures, and most stamps of a pass are alike
         __builtin_prefetch(&m->slots[ACCESS_TEXTURE][line]);
-}
-
-void memory_warm(memory *m, const stamp *stamp)
-{
-    touch_planes(m, stamp, &m->ignored);
-}
-
-// As if each line that was written had come and gone. One that a cache still has stays there, and is older than all that is used
-// from now on.
-void memory_pass_over(memory *m, uint32_t tile, uint32_t written)
-{
-    for (; written; written &= written - 1) {
-        const plane_layout *plane = &m->planes[__builtin_ctz(written)];
-        memset(plane->states + (size_t)tile * plane->parts, plane->compressed ? STATE_UNKNOWN : STATE_WHOLE, plane->parts);
-    }
 }

@@ -1,5 +1,5 @@
 // What the files of the memory model share: layout.c places blocks, memory.c meets passes and stamps, touch.c looks up lines,
-// settle.c those that are not all there, fetch.c moves them, flush.c ends passes.
+// settle.c those that are not all there, fetch.c moves them, flush.c ends passes, unseen.c is for sampling.
 #ifndef ROPSIM_MEMORY_H
 #define ROPSIM_MEMORY_H
 
@@ -66,6 +66,8 @@ struct memory {
     line_touch *touches[ACCESS_UNITS];
     pass_info pass;         // at hand
     statistics ignored;     // what stamps would count that nobody counts
+    uint64_t oldest_of_pass;  // sampling: age of its first use of a cache
+    uint64_t latest;        // sampling: age of the latest use
     uint64_t stream_read, stream_written, geometry_read, geometry_written;
     // What a flush has still to visit:
     uint32_t flush_partition, flush_cache, flush_line;

@@ -170,6 +170,7 @@ static status draw_stamp(arrival *a, const step *step, const stamp_chunk *chunk,
 {
     stamp stamp;
     stamp_execute(a, step->kernel, chunk, record, &stamp);
+    stamp.time = a->visit_time + (uint64_t)(record - chunk->records);
     phases_fill(a, &stamp);
     return a->sink->stamp(a->sink->user, &stamp);
 }
@@ -194,21 +195,33 @@ static bool tile_wanted(const arrival *a, uint32_t tile)
     return !a->options.tiles || a->options.tiles[tile];
 }
 
+static status tell_warm(arrival *a, const stamp *stamp)
+{
+    uint64_t times[2 * PLANE_MAX];
+    for (int i = 0; i < stamp->access_count; i++)
+        times[i] = stamp->time;
+    return a->sink->warm(a->sink->user, stamp, times);
+}
+
 // A stamp of a pass without draws, looked at or not.
-static status tell(arrival *a, const stamp *stamp)
+static status tell(arrival *a, stamp *stamp)
 {
     stamp_phase phase;
+    stamp->time = a->time++;
     const status status = phases_next(a, false, &phase);
     if (status != STATUS_OK)
         return status;
     phases_fill(a, stamp);
     if (phase != PHASE_SKIP)
-        return phase == PHASE_WARM ? a->sink->warm(a->sink->user, stamp) : a->sink->stamp(a->sink->user, stamp);
-    uint32_t written = 0;
-    for (int i = 0; i < stamp->access_count; i++)
-        written |= stamp->accesses[i].written ? 1u << stamp->accesses[i].plane : 0;
-    if (written)
-        a->sink->skip(a->sink->user, stamp->tile, written);
+        return phase == PHASE_WARM ? tell_warm(a, stamp) : a->sink->stamp(a->sink->user, stamp);
+    uint32_t planes = 0;
+    uint64_t lanes = 0;
+    for (int i = 0; i < stamp->access_count; i++) {
+        planes |= stamp->accesses[i].written ? 1u << stamp->accesses[i].plane : 0;
+        lanes |= stamp->accesses[i].written;
+    }
+    if (planes)
+        a->sink->skip(a->sink->user, stamp->tile, planes, lanes, stamp->time);
     return STATUS_OK;
 }
 

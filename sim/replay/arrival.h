@@ -64,8 +64,10 @@ typedef struct phase_plan {
     uint64_t until;                 // the stamp with which another one begins
     uint64_t head;                  // stamps of the head, once it has ended
     uint64_t looked, filled_stamps, filled_quads;  // stamps looked at so far, and what of them came to units
+    uint64_t accesses[ACCESS_UNITS];  // planes that they touched by each unit
     uint64_t strata, stratum;       // how many; the number of the one at hand
-    uint64_t window, window_start, lead;  // stamps of a window; of the stratum at hand
+    uint64_t window;                // stamps of one that is not cut off
+    uint64_t window_start, window_end, lead;  // of the stratum at hand
     bool whole;                     // a pass that has no windows however long
     stamp_phase told;               // that the sink knows of, and
     uint64_t told_stratum;          // of which stratum
@@ -160,6 +162,7 @@ struct arrival {
     const stamp_chunk *visited;     // whose stamps may have been passed over; NULL: none
     const step *visit_step;
     uint64_t visit;
+    uint64_t time, visit_time;      // of the next stamp; of the visited chunk's first
     uint32_t position;              // of the stamp at hand in that chunk
     bool warming;                   // stamps from number warm_first on may be shown to caches
     uint32_t warm_first, *warm_blocks;

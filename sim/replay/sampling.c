@@ -1,4 +1,4 @@
-// Which stamps of a pass are looked at: its head, then windows at random places, one in each stratum.
+// Which stamps of a pass are looked at: its head, then windows at random places, one for each stratum.
 //
 // The head is as long as queues take to fill, and so are leads; the pass's last stamps are a lead, so that its drain is met with units
 // and caches filled.
@@ -6,7 +6,7 @@
 
 sampling sampling_default(void)
 {
-    return (sampling){.head = 256, .warm = 8192, .lead = 2048, .window = 512, .period = 8192, .seed = 1};
+    return (sampling){.head = 256, .warm = 8192, .lead = 2048, .window = 512, .period = 8192, .lead_and_window = 3584, .seed = 1};
 }
 
 sampling sampling_of(uint64_t every, uint64_t window, uint64_t seed)
@@ -51,11 +51,14 @@ static void cut(arrival *a)
     p->strata = p->strata > 2 ? p->strata : 2;  // one window alone tells nothing of how windows differ
 }
 
-// Strata share what lies behind the head evenly.
+// A window is drawn by its last stamp. Those places, shared evenly among strata, begin with the first stamp behind the head and end where of
+// a window only the pass's last stamp is left: so windows reach into the strata before, and are cut off at the pass's ends, and no stamp is likelier
+// to be measured than another. (Windows that lay in their strata would rarely have the stamps at strata's ends, and those can be special: where each
+// stratum is a layer of a scene, it begins and ends at the layer's rim.)
 static uint64_t stratum_start(const phase_plan *p, uint64_t number)
 {
-    const uint64_t behind = p->stamps - p->head;
-    return p->head + behind / p->strata * number + behind % p->strata * number / p->strata;
+    const uint64_t places = p->stamps - p->head + p->window - 1;
+    return p->head + places / p->strata * number + places % p->strata * number / p->strata;
 }
 
 enum { FILL_MOST = 4096 };  // stamps of a head or a lead: where most are discarded queues need not fill at all
@@ -64,12 +67,15 @@ enum { FILL_MOST = 4096 };  // stamps of a head or a lead: where most are discar
 static uint64_t room_for_quads(const machine *m) { return (uint64_t)m->partitions * (uint64_t)m->shader_queue; }
 static uint64_t room_for_stamps(const machine *m) { return (uint64_t)m->partitions * (uint64_t)(m->raster_queue + m->depth_queue + m->color_queue); }
 
-// Stamps that fill all queues, by those of the pass that were looked at so far. What waits for units at a window's start came to them
-// since; of what a lead finds there, nothing is left.
-static uint64_t lead_length(const arrival *a)
+// Stamps before windows of this length: as many as fill all queues, by those of the pass that were looked at so far. What waits for units at a
+// window's start came to them since; of what a lead finds there, nothing is left. But which partition is behind the others takes longer to
+// become what it would have been, so short windows, of which that is more, have longer leads.
+static uint64_t lead_length(const arrival *a, uint64_t window)
 {
     const phase_plan *p = &a->plan_of_phases;
-    const uint64_t least = a->options.sampling->lead, most = least < FILL_MOST ? FILL_MOST : least;
+    const sampling *s = a->options.sampling;
+    const uint64_t rest = window < s->lead_and_window ? s->lead_and_window - window : 0;
+    const uint64_t least = rest > s->lead ? rest : s->lead, most = least < FILL_MOST ? FILL_MOST : least;
     const uint64_t quads = p->filled_quads ? room_for_quads(a->machine) * p->looked / p->filled_quads : most;
     const uint64_t stamps = p->filled_stamps ? room_for_stamps(a->machine) * p->looked / p->filled_stamps : most;
     const uint64_t length = quads > stamps ? quads : stamps;
@@ -79,9 +85,14 @@ static uint64_t lead_length(const arrival *a)
 static void place_window(arrival *a)
 {
     phase_plan *p = &a->plan_of_phases;
-    p->lead = lead_length(a);
-    const uint64_t start = stratum_start(p, p->stratum), end = stratum_start(p, p->stratum + 1);
-    p->window_start = p->stratum < p->strata ? start + draw_place(a, end - start - p->window + 1) : p->stamps;
+    p->lead = lead_length(a, p->window);
+    p->window_start = p->window_end = p->stamps;
+    if (p->stratum == p->strata)
+        return;
+    const uint64_t from = stratum_start(p, p->stratum), end = from + draw_place(a, stratum_start(p, p->stratum + 1) - from) + 1;
+    const uint64_t start = end < p->window ? 0 : end - p->window;
+    p->window_start = start < p->at ? p->at : start;  // the head or the window before has those
+    p->window_end = end < p->stamps ? end : p->stamps;
 }
 
 void phases_begin(arrival *a, uint64_t stamps)
@@ -97,6 +108,8 @@ void phases_fill(arrival *a, const stamp *stamp)
     a->plan_of_phases.looked++;
     a->plan_of_phases.filled_stamps += !stamp->hierarchical;
     a->plan_of_phases.filled_quads += stamp->hierarchical ? 0 : stamp->quads;
+    for (int i = 0; i < stamp->access_count; i++)
+        a->plan_of_phases.accesses[stamp->accesses[i].unit] += (stamp->accesses[i].read | stamp->accesses[i].written) != 0;
 }
 
 // The head ends when stamps came that fill all queues: until then the rasterizer runs ahead at a speed of its own.
@@ -109,26 +122,37 @@ static void end_head(arrival *a)
     if (p->whole || m->tile_based || p->at < s->head || (!full && p->at < FILL_MOST))
         return;
     // Windows, their leads and the pass's end must be worth it; else the rest is measured, too.
-    if (p->stamps < p->at + 8 * (lead_length(a) + s->window))
+    if (p->stamps < p->at + 8 * (lead_length(a, s->window) + s->window))
         return;
     p->head = p->until = p->at;
     cut(a);
     place_window(a);
 }
 
+// Where few stamps touch a cache, what it holds is older.
+static uint64_t warm_length(const arrival *a)
+{
+    enum { LONGER = 4 };
+    const phase_plan *p = &a->plan_of_phases;
+    const uint64_t length = a->options.sampling->warm, textures = p->accesses[ACCESS_TEXTURE], rop = p->accesses[ACCESS_DEPTH] + p->accesses[ACCESS_COLOR];
+    const uint64_t fewest = textures && textures < rop ? textures : rop;
+    if (!fewest || fewest >= p->looked)
+        return length;
+    return fewest < p->looked / LONGER ? length * LONGER : length * p->looked / fewest;
+}
+
 // The phase that begins with the next stamp, and where it ends.
 static void next_phase(arrival *a)
 {
     phase_plan *p = &a->plan_of_phases;
-    const sampling *s = a->options.sampling;
     if (p->phase == PHASE_MEASURE) {
         p->stratum++;
         place_window(a);
     }
     const uint64_t start = p->window_start, lead = start - p->at < p->lead ? p->at : start - p->lead;
-    const uint64_t warm = lead - p->at < s->warm ? p->at : lead - s->warm;
+    const uint64_t length = warm_length(a), warm = lead - p->at < length ? p->at : lead - length;
     p->phase = p->at < warm ? PHASE_SKIP : p->at < lead ? PHASE_WARM : p->at < start ? PHASE_LEAD : PHASE_MEASURE;
-    p->until = p->at < warm ? warm : p->at < lead ? lead : p->at < start ? start : start + p->window;
+    p->until = p->at < warm ? warm : p->at < lead ? lead : p->at < start ? start : p->window_end;
 }
 
 status phases_next(arrival *a, bool begins_primitive, stamp_phase *phase)

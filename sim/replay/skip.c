@@ -38,6 +38,8 @@ void skip_begin(arrival *a, const step *step, const stamp_chunk *chunk)
     a->visited = a->options.sampling && step->kind == STEP_DRAW ? chunk : NULL;
     a->visit_step = step;
     a->visit++;
+    a->visit_time = a->time;
+    a->time += chunk->count;
     a->position = a->warm_first = 0;
     a->warming = a->visited && a->plan_of_phases.phase == PHASE_WARM;
 }
@@ -151,6 +153,7 @@ void skip_catch_up(arrival *a, uint32_t tile)
     const int kernel = a->visit_step->kernel;
     const kernel_use *use = &a->uses[kernel];
     uint32_t at = cursor->next, written = 0;
+    uint64_t written_lanes = 0, time = 0;
     if (at == end || blocks->stamps[at].number >= a->position)
         return;
     tile_plane planes[PLANE_MAX];
@@ -166,13 +169,15 @@ void skip_catch_up(arrival *a, uint32_t tile)
             if (more && use->depth_write)
                 a->ranges[tile].pass = 0;
             written |= more;
+            written_lanes |= more ? lanes_run.lanes : 0;
+            time = more ? a->visit_time + (batch->last < a->position ? batch->last : a->position - 1) : time;
         }
         if (at < batch->end)
             break;
     }
     cursor->next = at;
     if (written)
-        a->sink->skip(a->sink->user, tile, written);
+        a->sink->skip(a->sink->user, tile, written, written_lanes, time);
 }
 
 status skip_pass_by(arrival *a, uint32_t tile, uint32_t number)

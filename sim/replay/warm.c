@@ -1,7 +1,7 @@
-// The stamps before a lead: caches see what they touched, and nobody counts it. What the lead touches comes by itself.
+// The stamps before a lead: caches see what they touched, and nobody counts it.
 //
-// They run block by block like those that are passed over (skip.c), several as one, in the order of each block's last stamp:
-// so caches end up with the lines that were used last, as they would.
+// They run block by block like those that are passed over (skip.c), several as one. Of each access that these made caches hear when the last
+// of them made it, so they end up with the lines that were used last.
 #include "arrival.h"
 
 #include <stdlib.h>
@@ -32,6 +32,15 @@ static uint64_t lanes_seen(arrival *a, const block_batch *batch, uint32_t *at, u
     return lanes;
 }
 
+// When the last of those stamps from `from` on and before `at` made an access.
+static uint64_t last_access(const arrival *a, const plane_access *access, uint32_t from, uint32_t at)
+{
+    const block_stamp *stamps = a->visited->blocks.stamps;
+    while (--at > from && !(stamps[at].lanes & (access->read | access->written)))
+        continue;
+    return a->visit_time + stamps[at].number;
+}
+
 static status warm_block(arrival *a, uint32_t tile, uint32_t first, uint32_t end)
 {
     const block_order *blocks = &a->visited->blocks;
@@ -42,25 +51,37 @@ static status warm_block(arrival *a, uint32_t tile, uint32_t first, uint32_t end
     uint32_t at = skip_cursor(a, tile)->next;
     while (status == STATUS_OK && at < blocks->starts[tile + 1] && blocks->stamps[at].number < end) {
         const block_batch *batch = &blocks->batches[blocks->stamps[at].batch];
+        const uint32_t from = at;
         const uint64_t lanes = lanes_seen(a, batch, &at, end);
+        uint64_t times[2 * PLANE_MAX];
         stamp stamp;
         if (!lanes || !draws_class(a, a->visit_step, batch->draw))
             continue;
         struct batch columns = {.lanes = lanes, .log = a->log};
         skip_columns(a, batch, &columns);
         lanes_execute(a, kernel, NULL, tile, &columns, &stamp);
-        status = a->sink->warm(a->sink->user, &stamp);
+        for (int i = 0; i < stamp.access_count; i++)
+            times[i] = last_access(a, &stamp.accesses[i], from, at);
+        status = a->sink->warm(a->sink->user, &stamp, times);
     }
     skip_cursor(a, tile)->next = at;
     return status;
 }
 
-// Blocks enough to fill every cache, at a line each, twice: some touch nothing. What was touched before them has been replaced.
-static uint64_t blocks_that_fill(const machine *m)
+// Blocks that fill caches of so many bytes twice, if `looked` stamps touch so many of their lines.
+static uint64_t blocks_that_fill(const machine *m, int64_t bytes, uint64_t lines, uint64_t looked)
 {
-    int64_t most = m->texture_cache_bytes > m->depth_cache_bytes ? m->texture_cache_bytes : m->depth_cache_bytes;
-    most = m->color_cache_bytes > most ? m->color_cache_bytes : most;
-    return 2 * (uint64_t)((most * m->partitions + m->l2_bytes) / m->line_bytes);
+    return lines ? 2 * (uint64_t)((bytes * m->partitions + m->l2_bytes) / m->line_bytes) * looked / lines : 0;
+}
+
+// Enough of them for all caches that are touched: what was touched before has been replaced.
+static uint64_t blocks_enough(const machine *m, const phase_plan *p)
+{
+    const uint64_t *lines = p->accesses;
+    const int64_t rop = (lines[ACCESS_DEPTH] ? m->depth_cache_bytes : 0) + (lines[ACCESS_COLOR] ? m->color_cache_bytes : 0);
+    const uint64_t textures = blocks_that_fill(m, m->texture_cache_bytes, lines[ACCESS_TEXTURE], p->looked);
+    const uint64_t changes = blocks_that_fill(m, rop, lines[ACCESS_DEPTH] + lines[ACCESS_COLOR], p->looked);
+    return textures > changes ? textures : changes;
 }
 
 // Whether a record's block is drawn and had not been seen on this visit.
@@ -72,21 +93,11 @@ static bool see(arrival *a, const stamp_record *record)
     return true;
 }
 
-// Blocks that the lead, which begins with number `first`, brings to caches itself.
-static uint64_t blocks_of_lead(arrival *a, uint32_t first)
-{
-    const uint64_t end = first + a->plan_of_phases.lead;
-    uint64_t count = 0;
-    for (uint64_t r = first; r < end && r < a->visited->count; r++)
-        count += see(a, &a->visited->records[r]);
-    return count;
-}
-
 status warm_run(arrival *a, uint32_t end)
 {
     a->warm_visit++;
     a->warming = false;
-    const uint64_t all = blocks_that_fill(a->machine), led = blocks_of_lead(a, end), enough = all > led ? all - led : 0;
+    const uint64_t enough = blocks_enough(a->machine, &a->plan_of_phases);
     uint32_t count = 0, first = end;
     status status = STATUS_OK;
     while (first > a->warm_first && count < enough) {
