@@ -66,10 +66,10 @@ static void add_sampling(json_t *object, const detail_result *detail)
     const sampling *sampling = &detail->sampling;
     json_t *intervals = json_object();
     json_object_set_new(object, "sampling",
-                        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "seed", json_count(sampling->seed), "head",
+                        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "seed", json_count(sampling->seed), "head",
                                   json_count(sampling->head), "warm", json_count(sampling->warm), "lead", json_count(sampling->lead), "window",
-                                  json_count(sampling->window), "period", json_count(sampling->period), "windows",
-                                  json_count(detail->windows), "stamps", json_count(detail->stamps), "stamps_measured",
+                                  json_count(sampling->window), "period", json_count(sampling->period), "lead_and_window",
+                                  json_count(sampling->lead_and_window), "windows", json_count(detail->windows), "stamps", json_count(detail->stamps), "stamps_measured",
                                   json_count(detail->stamps_measured)));
     for (int i = 0; i < STATISTIC_COUNT; i++)
         json_object_set_new(intervals, statistic_rows[i].name, json_number(detail->half_widths[i]));
