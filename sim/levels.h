@@ -162,6 +162,7 @@ typedef struct stamp_sink {
                                                                  // the last of them made it
     // Storage i of a block was written (bit i) and nobody looked, of no more lanes than these; the last time that may have been.
     void (*skip)(void *user, uint32_t tile, uint32_t planes, uint64_t lanes, uint64_t time);
+    uint64_t (*waiting)(void *user);  // NULL, or: how many stamps have come and are not done
     status (*phase)(void *user, stamp_phase phase, uint64_t begun);  // from now on; a new window, too; primitives that began before
     void *user;
 } stamp_sink;

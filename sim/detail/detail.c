@@ -258,7 +258,7 @@ status detail_run(const program *program, const machine *machine, trace *trace, 
                 .timeline = options->clock ? options->clock->timeline : NULL};
     const stamp_sink whole = {.begin_pass = begin_pass, .stamp = take_stamp, .end_pass = end_pass, .ahead = ahead, .user = &d};
     const stamp_sink sampled = {.begin_pass = sampled_begin_pass, .stamp = sampled_stamp, .end_pass = sampled_end_pass,
-                                .ahead = ahead, .warm = sampled_warm, .skip = sampled_skip, .phase = sampled_phase, .user = &d};
+                                .ahead = ahead, .warm = sampled_warm, .skip = sampled_skip, .phase = sampled_phase, .waiting = sampled_waiting, .user = &d};
     sampler sampler = {0};
     const double start = seconds_of_process();
     *result = NULL;

@@ -55,6 +55,7 @@ status sampled_begin_pass(void *user, const pass_info *pass);
 status sampled_stamp(void *user, const stamp *stamp);
 status sampled_warm(void *user, const stamp *stamp, const uint64_t *times);
 void sampled_skip(void *user, uint32_t tile, uint32_t planes, uint64_t lanes, uint64_t time);
+uint64_t sampled_waiting(void *user);
 status sampled_phase(void *user, stamp_phase phase, uint64_t begun);
 status sampled_end_pass(void *user);
 status sampled_drain(detail *detail, const pass_info *pass);  // of the second level, as a pass of its own

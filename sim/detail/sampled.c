@@ -89,6 +89,12 @@ status sampled_stamp(void *user, const stamp *stamp)
     return clock_stamp(d->clock, stamp, lines, &d->raw);
 }
 
+uint64_t sampled_waiting(void *user)
+{
+    detail *d = user;
+    return clock_waiting(d->clock);
+}
+
 status sampled_warm(void *user, const stamp *stamp, const uint64_t *times)
 {
     detail *d = user;

@@ -21,22 +21,15 @@ void memory_at(memory *m, uint32_t tile, uint64_t time)
         caches[u].uses = caches[u].uses > age_at(time) ? caches[u].uses : age_at(time);
 }
 
-// As if it had been written back: its size in memory is that of its content, which is looked at when somebody asks.
-static void written_back(memory *m, line_place at)
+// As if it had been written back: the second level has it; to memory its size is that of its content, which is looked at when somebody asks.
+static void written_back(memory *m, line_place at, uint64_t valid, uint64_t dirty)
 {
     const plane_layout *plane = &m->planes[at.plane];
-    plane->states[(size_t)at.tile * plane->parts + at.part] = plane->compressed ? STATE_UNKNOWN : STATE_WHOLE;
-}
-
-static void replaced(memory *m, const cache_line *line)
-{
     transfer spill;
-    if (line->id == CACHE_NONE || !line->dirty)
-        return;
     if (m->l2)
-        write_line(m, line_of(line->id), line->valid, line->dirty, &m->ignored, &spill);
+        write_line(m, at, valid, dirty, &m->ignored, &spill);
     else
-        written_back(m, line_of(line->id));
+        plane->states[(size_t)at.tile * plane->parts + at.part] = plane->compressed ? STATE_UNKNOWN : STATE_WHOLE;
 }
 
 // The line in its cache, used at that age; NULL: it was not there, and all that its set has room for was used at `least` or later.
@@ -49,7 +42,8 @@ static cache_line *use_line(memory *m, access_unit unit, line_place at, uint64_t
         line = cache_victim(cache, line_set(m, cache, at));
         if (line->age >= least)
             return NULL;
-        replaced(m, line);
+        if (line->id != CACHE_NONE && line->dirty)
+            written_back(m, line_of(line->id), line->valid, line->dirty);
         *slot = cache_put(cache, line, line_id(at));
     }
     line->age = line->age > age ? line->age : age;
@@ -65,7 +59,7 @@ static void warm_line(memory *m, const plane_access *access, line_place at, uint
         line->valid = complete_line(m, at, all, line->valid, read, written, &m->ignored, &ignored) | written;
         line->dirty |= written;
     } else if (written) {
-        written_back(m, at);
+        written_back(m, at, all, written);
     }
 }
 
@@ -88,7 +82,7 @@ static void pass_over_line(memory *m, line_place at, uint64_t written, uint64_t 
     const uint8_t state = plane->states[(size_t)at.tile * plane->parts + at.part];
     cache_line *line = use_line(m, plane->unit, at, age, m->oldest_of_pass);
     if (!line) {
-        written_back(m, at);
+        written_back(m, at, lanes_of(m, at), written);
         return;
     }
     line->valid |= state == STATE_WHOLE ? written : lanes_of(m, at);  // what is compressed or cleared has been fetched whole

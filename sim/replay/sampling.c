@@ -61,11 +61,11 @@ static uint64_t stratum_start(const phase_plan *p, uint64_t number)
     return p->head + places / p->strata * number + places % p->strata * number / p->strata;
 }
 
-enum { FILL_MOST = 4096 };  // stamps of a head or a lead: where most are discarded queues need not fill at all
-
 // Room in all queues of units.
 static uint64_t room_for_quads(const machine *m) { return (uint64_t)m->partitions * (uint64_t)m->shader_queue; }
 static uint64_t room_for_stamps(const machine *m) { return (uint64_t)m->partitions * (uint64_t)(m->raster_queue + m->depth_queue + m->color_queue); }
+
+enum { FILL_MOST = 4096 };  // stamps that fill queues, at most, unless half as many wait: where most are discarded these need not fill at all
 
 // Stamps before windows of this length: as many as fill all queues, by those of the pass that were looked at so far. What waits for units at a
 // window's start came to them since; of what a lead finds there, nothing is left. But which partition is behind the others takes longer to
@@ -76,6 +76,8 @@ static uint64_t lead_length(const arrival *a, uint64_t window)
     const sampling *s = a->options.sampling;
     const uint64_t rest = window < s->lead_and_window ? s->lead_and_window - window : 0;
     const uint64_t least = rest > s->lead ? rest : s->lead, most = least < FILL_MOST ? FILL_MOST : least;
+    if (2 * p->waiting > most)
+        return 2 * p->waiting;
     const uint64_t quads = p->filled_quads ? room_for_quads(a->machine) * p->looked / p->filled_quads : most;
     const uint64_t stamps = p->filled_stamps ? room_for_stamps(a->machine) * p->looked / p->filled_stamps : most;
     const uint64_t length = quads > stamps ? quads : stamps;
@@ -112,14 +114,29 @@ void phases_fill(arrival *a, const stamp *stamp)
         a->plan_of_phases.accesses[stamp->accesses[i].unit] += (stamp->accesses[i].read | stamp->accesses[i].written) != 0;
 }
 
-// The head ends when stamps came that fill all queues: until then the rasterizer runs ahead at a speed of its own.
+// Whether as many stamps wait as a third of the head ago, or a tenth more. Queues that take stamps in not much slower than these come fill late.
+static bool steady(arrival *a)
+{
+    enum { FEW = 64 };
+    phase_plan *p = &a->plan_of_phases;
+    if (p->at < p->steady_at)
+        return p->steady;
+    const uint64_t waiting = a->sink->waiting ? a->sink->waiting(a->sink->user) : 0;
+    p->steady = p->steady_at && waiting <= p->waiting + p->waiting / 10 + FEW;
+    p->waiting = waiting;
+    p->steady_at = p->at + p->at / 2 + 1;
+    return p->steady;
+}
+
+// The head ends when stamps came that fill all queues, and these stay as full as they are: until then the rasterizer runs ahead at a
+// speed of its own.
 static void end_head(arrival *a)
 {
     phase_plan *p = &a->plan_of_phases;
     const machine *m = a->machine;
     const sampling *s = a->options.sampling;
     const bool full = p->filled_quads >= room_for_quads(m) && p->filled_stamps >= room_for_stamps(m);
-    if (p->whole || m->tile_based || p->at < s->head || (!full && p->at < FILL_MOST))
+    if (p->whole || m->tile_based || p->at < s->head || (!full && p->at < FILL_MOST) || !steady(a))
         return;
     // Windows, their leads and the pass's end must be worth it; else the rest is measured, too.
     if (p->stamps < p->at + 8 * (lead_length(a, s->window) + s->window))
