@@ -16,12 +16,6 @@ static uint8_t by_content(const memory *m, line_place at)
                                       (int)(at.part << plane->part_shift), 1 << plane->part_shift);
 }
 
-static uint8_t *state_of(const memory *m, line_place at)
-{
-    const plane_layout *plane = &m->planes[at.plane];
-    return &plane->states[(size_t)at.tile * plane->parts + at.part];
-}
-
 static uint8_t known_state(const memory *m, line_place at)
 {
     uint8_t *state = state_of(m, at);

@@ -104,6 +104,12 @@ static inline size_t line_number(const memory *m, line_place at)
 {
     return (size_t)at.tile * m->block_lines + m->planes[at.plane].first_line + at.part;
 }
+// How many quarters it takes in memory, or another STATE_.
+static inline uint8_t *state_of(const memory *m, line_place at)
+{
+    const plane_layout *plane = &m->planes[at.plane];
+    return &plane->states[(size_t)at.tile * plane->parts + at.part];
+}
 status layout_make(memory *m);  // layout.c
 uint64_t line_address(const memory *m, line_place at);
 uint32_t line_set(const memory *m, const cache *cache, line_place at);

@@ -24,12 +24,11 @@ void memory_at(memory *m, uint32_t tile, uint64_t time)
 // As if it had been written back: the second level has it; to memory its size is that of its content, which is looked at when somebody asks.
 static void written_back(memory *m, line_place at, uint64_t valid, uint64_t dirty)
 {
-    const plane_layout *plane = &m->planes[at.plane];
     transfer spill;
     if (m->l2)
         write_line(m, at, valid, dirty, &m->ignored, &spill);
     else
-        plane->states[(size_t)at.tile * plane->parts + at.part] = plane->compressed ? STATE_UNKNOWN : STATE_WHOLE;
+        *state_of(m, at) = m->planes[at.plane].compressed ? STATE_UNKNOWN : STATE_WHOLE;
 }
 
 // The line in its cache, used at that age; NULL: it was not there, and all that its set has room for was used at `least` or later.
@@ -76,16 +75,16 @@ void memory_warm(memory *m, const stamp *stamp, const uint64_t *times)
     }
 }
 
-static void pass_over_line(memory *m, line_place at, uint64_t written, uint64_t age)
+// Of stamps that are passed over caches hear only what was written: too little to tell that a line outlived others of this pass, so it takes
+// no place that this pass has used.
+static void pass_over_line(memory *m, line_place at, uint64_t all, uint64_t written, uint64_t age)
 {
-    const plane_layout *plane = &m->planes[at.plane];
-    const uint8_t state = plane->states[(size_t)at.tile * plane->parts + at.part];
-    cache_line *line = use_line(m, plane->unit, at, age, m->oldest_of_pass);
+    cache_line *line = use_line(m, m->planes[at.plane].unit, at, age, m->oldest_of_pass);
     if (!line) {
-        written_back(m, at, lanes_of(m, at), written);
+        written_back(m, at, all, written);
         return;
     }
-    line->valid |= state == STATE_WHOLE ? written : lanes_of(m, at);  // what is compressed or cleared has been fetched whole
+    line->valid |= *state_of(m, at) == STATE_WHOLE ? written : all;  // what is compressed or cleared has been fetched whole
     line->dirty |= written;
 }
 
@@ -93,8 +92,10 @@ void memory_pass_over(memory *m, uint32_t tile, uint32_t planes, uint64_t lanes,
 {
     for (; planes; planes &= planes - 1) {
         line_place at = {(uint8_t)__builtin_ctz(planes), tile, 0};
-        for (; at.part < m->planes[at.plane].parts; at.part++)
-            if (lanes & lanes_of(m, at))
-                pass_over_line(m, at, lanes & lanes_of(m, at), age_at(time));
+        for (; at.part < m->planes[at.plane].parts; at.part++) {
+            const uint64_t all = lanes_of(m, at);
+            if (lanes & all)
+                pass_over_line(m, at, all, lanes & all, age_at(time));
+        }
     }
 }

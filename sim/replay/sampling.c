@@ -69,7 +69,8 @@ enum { FILL_MOST = 4096 };  // stamps that fill queues, at most, unless half as 
 
 // Stamps before windows of this length: as many as fill all queues, by those of the pass that were looked at so far. What waits for units at a
 // window's start came to them since; of what a lead finds there, nothing is left. But which partition is behind the others takes longer to
-// become what it would have been, so short windows, of which that is more, have longer leads.
+// become what it would have been, so short windows, of which that is more, have longer leads; and where thousands wait, a lead is as long as
+// these twice.
 static uint64_t lead_length(const arrival *a, uint64_t window)
 {
     const phase_plan *p = &a->plan_of_phases;
