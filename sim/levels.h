@@ -142,6 +142,7 @@ typedef enum stamp_phase {
     PHASE_SKIP,     // executed, and nobody looks
     PHASE_WARM,     // seen by caches, and nothing counted
     PHASE_LEAD,     // through caches and units, not measured
+    PHASE_FILL,     // the same, while queues become deeper than they ever were in the pass
     PHASE_MEASURE,  // the same, and measured for all stamps of the pass but its head
 } stamp_phase;
 typedef struct sampling {

@@ -24,8 +24,9 @@ typedef struct sampler {
     uint32_t window_count, window_capacity;
     uint64_t head_stamps, head_waiting;  // of the head; those of them in queues at its end
     uint64_t head_primitives;    // that began in it
+    bool filled;                 // queues became deeper behind it (PHASE_FILL)
     double variances[STATISTIC_COUNT + 1];  // of the sum over all passes so far; the last: of memory bytes read and written
-    double inferred[STATISTIC_COUNT + 1];   // of those sums, what comes from windows and varies between them
+    double allowed[STATISTIC_COUNT + 1];    // of those sums: for what leads leave wrong, of what comes from windows and varies between them
     uint64_t freedom;            // degrees of
 } sampler;
 

@@ -22,6 +22,11 @@ static double value_of(const statistics *s, int i)
     return i < STATISTIC_COUNT ? (double)statistic_value(s, i) : (double)(s->memory_bytes_read + s->memory_bytes_written);
 }
 
+// By how much of what is inferred from windows a lead may have left it wrong, the same way in all windows: no difference between
+// them shows it. The largest found in cycles where intervals are not much wider (docs/accuracy.md) is 0.6 %; of passes whose queues fill behind
+// the head, so that no window before has seen them full, 4 %.
+static const double ALLOWANCE = 0.01, ALLOWANCE_FILLED = 0.05;
+
 // Whether a statistic is counted when units work on a stamp, not when it arrives.
 static bool by_units(int i)
 {
@@ -41,6 +46,7 @@ typedef struct whole {
     double waiting;         // by how many stamps the queues shrank
     double primitives;
     double pace;            // cycles that geometry takes, by primitive
+    bool filled;            // queues became deeper
 } whole;
 
 // Sums over windows.
@@ -71,11 +77,13 @@ typedef struct cost {
     double pace;            // by how much it changes with each primitive
 } cost;
 
-// Stamps that the rasterizer discarded wait in no queue; and where it never waits for queues, time does not depend on them. Where most are
-// discarded, work comes in bursts: the mean stamp then tells nothing of those that wait.
+// Stamps that the rasterizer discarded wait in no queue; and where it never waits for queues, time does not depend on them, unless queues fill:
+// then units are always busy, and the pass takes as long as they do. Where most are discarded, work comes in bursts: the mean stamp then tells
+// nothing of those that wait.
 static double felt_growth(const whole *all, const window_sums *s)
 {
-    const double felt = 2 * s->queued > s->stamps && s->cycles > 0 ? (s->stamps / s->queued) * (s->blocked / s->cycles) : 0;
+    const double blocked = all->filled ? 1 : s->cycles > 0 ? s->blocked / s->cycles : 0;
+    const double felt = 2 * s->queued > s->stamps ? s->stamps / s->queued * blocked : 0;
     const bool few = all->stamps + felt * all->waiting < 0 || 2 * felt * s->waiting > s->stamps;  // too few windows to tell
     return few ? 0 : felt;
 }
@@ -140,14 +148,14 @@ static void estimate_statistic(detail *d, const whole *all, int i)
     if (s->window_count > 1)
         s->variances[i] += scale * scale * m * squares / (2 * (m - 1)) * (1 - 1 / scale);
     if (squares > 0)
-        s->inferred[i] += inferred;
+        s->allowed[i] += (all->filled ? ALLOWANCE_FILLED : ALLOWANCE) * inferred;
 }
 
 void estimate_pass(detail *d, uint64_t stamps, uint64_t waiting)
 {
     sampler *s = d->sampler;
     const pass_info *pass = &d->record.info;
-    whole all = {.stamps = (double)stamps, .waiting = (double)s->head_waiting - (double)waiting, .primitives = (double)(pass->primitives - s->head_primitives)};
+    whole all = {.stamps = (double)stamps, .waiting = (double)s->head_waiting - (double)waiting, .primitives = (double)(pass->primitives - s->head_primitives), .filled = s->filled};
     if (pass->primitives)
         all.pace = (double)clock_pass_bounds(d->clock)[RESOURCE_GEOMETRY] / (double)pass->primitives;
     d->result->stamps += stamps + s->head_stamps;
@@ -172,13 +180,9 @@ static double quantile(uint64_t freedom)
     return freedom <= 20 ? table[freedom] : 1.96 + 2.5 / (double)freedom;
 }
 
-// By how much of what is inferred from windows a lead may have left it wrong, the same way in all windows: no difference between
-// them shows it. The largest found in cycles where intervals are not much wider (docs/accuracy.md) is 0.6 %.
-static const double ALLOWANCE = 0.01;
-
 static double half_width(const sampler *s, int i)
 {
-    return hypot(quantile(s->freedom) * sqrt(s->variances[i]), ALLOWANCE * s->inferred[i]);
+    return hypot(quantile(s->freedom) * sqrt(s->variances[i]), s->allowed[i]);
 }
 
 void estimate_half_widths(detail *d)

@@ -12,7 +12,7 @@ status sampled_begin_pass(void *user, const pass_info *pass)
     detail *d = user;
     sampler *s = d->sampler;
     d->record = (pass_record){.info = *pass};
-    s->any = false;
+    s->any = s->filled = false;
     s->window_count = 0;
     s->head_stamps = s->head_waiting = s->head_primitives = 0;
     s->head = s->exact = (statistics){0};
@@ -77,6 +77,7 @@ status sampled_phase(void *user, stamp_phase phase, uint64_t begun)
     s->begun = begun;
     s->paced = clock_paced(d->clock);
     s->phase = phase;
+    s->filled |= phase == PHASE_FILL;
     s->any = true;
     return status;
 }

@@ -67,6 +67,7 @@ typedef struct phase_plan {
     uint64_t accesses[ACCESS_UNITS];  // planes that they touched by each unit
     uint64_t waiting, steady_at;    // stamps in queues when that was asked last; when it is to be asked again
     bool steady;                    // they were not much more than before
+    bool deepens;                   // behind the head, they were: stamps are looked at until they are not
     uint64_t strata, stratum;       // how many; the number of the one at hand
     uint64_t window;                // stamps of one that is not cut off
     uint64_t window_start, window_end, lead;  // of the stratum at hand

@@ -115,18 +115,30 @@ void phases_fill(arrival *a, const stamp *stamp)
         a->plan_of_phases.accesses[stamp->accesses[i].unit] += (stamp->accesses[i].read | stamp->accesses[i].written) != 0;
 }
 
+enum { FEW_WAITING = 64 };
+
+static uint64_t waiting_now(const arrival *a) { return a->sink->waiting ? a->sink->waiting(a->sink->user) : 0; }
+
 // Whether as many stamps wait as a third of the head ago, or a tenth more. Queues that take stamps in not much slower than these come fill late.
 static bool steady(arrival *a)
 {
-    enum { FEW = 64 };
     phase_plan *p = &a->plan_of_phases;
     if (p->at < p->steady_at)
         return p->steady;
-    const uint64_t waiting = a->sink->waiting ? a->sink->waiting(a->sink->user) : 0;
-    p->steady = p->steady_at && waiting <= p->waiting + p->waiting / 10 + FEW;
+    const uint64_t waiting = waiting_now(a);
+    p->steady = p->steady_at && waiting <= p->waiting + p->waiting / 10 + FEW_WAITING;
     p->waiting = waiting;
     p->steady_at = p->at + p->at / 2 + 1;
     return p->steady;
+}
+
+// Windows, their leads and the pass's end must be worth it: several windows, and half of the stamps passed over. Else the rest is measured, too.
+static bool worth(const arrival *a)
+{
+    const phase_plan *p = &a->plan_of_phases;
+    const sampling *s = a->options.sampling;
+    const uint64_t behind = p->stamps - p->at, window = window_length(s, behind);
+    return behind >= 8 * (lead_length(a, s->window) + s->window) && s->period / s->window * window >= 2 * (lead_length(a, window) + window);
 }
 
 // The head ends when stamps came that fill all queues, and these stay as full as they are: until then the rasterizer runs ahead at a
@@ -137,10 +149,7 @@ static void end_head(arrival *a)
     const machine *m = a->machine;
     const sampling *s = a->options.sampling;
     const bool full = p->filled_quads >= room_for_quads(m) && p->filled_stamps >= room_for_stamps(m);
-    if (p->whole || m->tile_based || p->at < s->head || (!full && p->at < FILL_MOST) || !steady(a))
-        return;
-    // Windows, their leads and the pass's end must be worth it; else the rest is measured, too.
-    if (p->stamps < p->at + 8 * (lead_length(a, s->window) + s->window))
+    if (p->whole || m->tile_based || p->at < s->head || (!full && p->at < FILL_MOST) || !steady(a) || !worth(a))
         return;
     p->head = p->until = p->at;
     cut(a);
@@ -159,18 +168,44 @@ static uint64_t warm_length(const arrival *a)
     return fewest < p->looked / LONGER ? length * LONGER : length * p->looked / fewest;
 }
 
-// The phase that begins with the next stamp, and where it ends.
+// Whether more wait than ever in this pass, by a tenth, and more than a lead makes up for: queues that were not full when the head ended.
+static bool deeper(arrival *a)
+{
+    phase_plan *p = &a->plan_of_phases;
+    const uint64_t waiting = waiting_now(a);
+    if (2 * waiting <= p->lead || waiting <= p->waiting + p->waiting / 10 + FEW_WAITING)
+        return false;
+    p->waiting = waiting;
+    return true;
+}
+
+static void enter(phase_plan *p, stamp_phase phase, uint64_t until)
+{
+    p->phase = phase;
+    p->until = until;
+}
+
+// The phase that begins with the next stamp, and where it ends. While queues become deeper no stamp is passed over.
 static void next_phase(arrival *a)
 {
     phase_plan *p = &a->plan_of_phases;
+    p->deepens = (p->phase == PHASE_MEASURE || p->deepens) && deeper(a);
     if (p->phase == PHASE_MEASURE) {
         p->stratum++;
         place_window(a);
     }
-    const uint64_t start = p->window_start, lead = start - p->at < p->lead ? p->at : start - p->lead;
+    const uint64_t start = p->window_start, lead = p->deepens || start - p->at < p->lead ? p->at : start - p->lead;
     const uint64_t length = warm_length(a), warm = lead - p->at < length ? p->at : lead - length;
-    p->phase = p->at < warm ? PHASE_SKIP : p->at < lead ? PHASE_WARM : p->at < start ? PHASE_LEAD : PHASE_MEASURE;
-    p->until = p->at < warm ? warm : p->at < lead ? lead : p->at < start ? start : p->window_end;
+    if (p->at < warm)
+        enter(p, PHASE_SKIP, warm);
+    else if (p->at < lead)
+        enter(p, PHASE_WARM, lead);
+    else if (p->at == start)
+        enter(p, PHASE_MEASURE, p->window_end);
+    else if (p->deepens)
+        enter(p, PHASE_FILL, start - p->at < p->lead ? start : p->at + p->lead);
+    else
+        enter(p, PHASE_LEAD, start);
 }
 
 status phases_next(arrival *a, bool begins_primitive, stamp_phase *phase)

@@ -213,7 +213,7 @@ static void test_deep_queues(void **state)
     const double truth = (double)cycle->total.cycles, error = 100 * fabs((double)sampled->total.cycles / truth - 1);
     print_message("modern with shader_queue=512: error %.2f %%\n", error);
     assert_true(sampled->windows > 0);
-    assert_true(error < 3);
+    assert_true(error < 0.5);
     assert_true(fabs(bytes_of(sampled) - bytes_of(cycle)) < 1e-3 * bytes_of(cycle));
     detail_destroy(cycle);
     detail_destroy(sampled);
