@@ -309,6 +309,7 @@ typedef struct run_result {
     condition_result *conditions;      // if options.log_conditions: in the order of evaluation
     uint64_t condition_count;
     draw_batches batches[BATCHES_MAX]; // if options.log_conditions: of each `batches` step, in the schedule's order
+    struct write_log *writes;          // the same, if a deeper level had read the trace: for that alone; else NULL
 } run_result;
 
 status replay_run(const program *program, const machine *machine, trace *trace, const run_options *options,

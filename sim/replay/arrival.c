@@ -67,7 +67,7 @@ static status take_stamp(arrival *a, const step *step, const stamp_chunk *chunk,
     }
     if (status != STATUS_OK || phase == PHASE_SKIP || phase == PHASE_WARM)
         return status;
-    status = skip_pass_by(a, record->tile, number);
+    status = skip_pass_by(a, number);
     return status == STATUS_OK ? body(a, step, chunk, record) : status;
 }
 
@@ -104,15 +104,16 @@ static void find_reads(arrival *a, const step *step)
 
 // Asks for what the kernel will read of a stamp's planes: triangles in the order of a mesh jump from block to block, and planes
 // of a whole image do not fit a near cache. Of colours few are read as a rule.
-static void prefetch(arrival *a, const stamp_record *record)
+static void prefetch(arrival *a, const stamp_chunk *chunk, uint32_t number)
 {
+    const stamp_record *record = &chunk->records[number];
     const block_reads *reads = &a->reads;
     const uint32_t *block = arrival_block(a, record->tile);
     const uint32_t *first = block + __builtin_ctzll(record->lanes), *last = block + (63 - __builtin_clzll(record->lanes));
     const int count = a->pack.reads_colors ? reads->count : reads->plain_count;
     if (a->sink->ahead)
         a->sink->ahead(a->sink->user, record->tile);
-    skip_ahead(a, record->tile);
+    skip_ahead(a, number);
     for (const uint32_t *offset = reads->offsets; offset < reads->offsets + count; offset++) {
         __builtin_prefetch(first + *offset);  // often two lines; to ask whether costs more than to ask for one twice
         __builtin_prefetch(last + *offset);
@@ -156,7 +157,7 @@ status each_stamp(arrival *a, const step *step, stamp_body *body)
             if (i == chunk->count)
                 break;
             if (step->kind == STEP_DRAW && i + STAMPS_AHEAD < chunk->count && !phases_skip(a))
-                prefetch(a, &chunk->records[i + STAMPS_AHEAD]);
+                prefetch(a, chunk, i + STAMPS_AHEAD);
             if (all || draws_class(a, step, chunk->records[i].draw))
                 status = take_stamp(a, step, chunk, i, body);
         }
@@ -181,6 +182,7 @@ static status draw(arrival *a, const step *step)
     status status = begin_pass(a, PASS_DRAW, kernel->name, step->classes != DRAW_OPAQUE, step, &a->uses[step->kernel]);
     if (status == STATUS_OK)
         status = each_stamp(a, step, draw_stamp);
+    a->draws++;
     return status == STATUS_OK ? end_pass(a) : status;
 }
 
@@ -370,6 +372,7 @@ status arrival_run(arrival *a, const stamp_sink *sink)
 {
     status status = STATUS_OK;
     a->sink = sink;
+    a->draws = 0;
     a->condition = a->pass_number = a->iteration = a->passes_begun = 0;
     a->pack.end = 0;
     memset(a->ranges, 0, a->tiling.tile_count * sizeof *a->ranges);

@@ -76,7 +76,8 @@ typedef struct phase_plan {
     uint64_t told_stratum;          // of which stratum
 } phase_plan;
 
-// The first of a block's stamps in chunk.blocks that was neither looked at nor run (skip.c), if it is of this visit of a chunk.
+// The first of a block's stamps in chunk.blocks that was neither looked at nor run (skip.c), if it is of this visit of a chunk and
+// any of them may write.
 typedef struct block_cursor { uint64_t visit; uint32_t next; } block_cursor;
 
 enum { PACK_STEP = 4 };             // fragments that are gathered at once
@@ -162,13 +163,15 @@ struct arrival {
     block_cursor *cursors;          // sampling: one a block
     clip_limits *clip_limits;       // the same
     uint64_t *skip_counts, *skip_counts_seen;
+    const struct write_log *writes; // NULL, or which batches write: of the same as the blocks'
+    uint64_t draws;                 // that ended
     const stamp_chunk *visited;     // whose stamps may have been passed over; NULL: none
     const step *visit_step;
     uint64_t visit;
     uint64_t time, visit_time;      // of the next stamp; of the visited chunk's first
     uint32_t position;              // of the stamp at hand in that chunk
     bool warming;                   // stamps from number warm_first on may be shown to caches
-    uint32_t warm_first, *warm_blocks;
+    uint32_t warm_first, *warm_last;  // of each block that is shown, the last stamp
     uint64_t warm_visit, *warm_seen;  // of each block, the visit it was seen in last
     plane_access accesses[PLANE_MAX * 2];
 
@@ -272,17 +275,18 @@ static inline bool phases_skip(const arrival *a)  // the stamp at hand is not lo
     return a->plan_of_phases.phase == PHASE_SKIP || a->plan_of_phases.phase == PHASE_WARM;
 }
 bool draws_class(const arrival *arrival, const step *step, uint32_t draw);
-// Sampling (skip.c); without it, none of these does anything. A chunk comes; stamp `number`, of this block, is looked at; what of a block
+// Sampling (skip.c); without it, none of these does anything. A chunk comes; its stamp `number` is looked at; what of a block
 // came before the stamp at hand has been run; all of the chunk has.
 status skip_make(arrival *arrival);
 void skip_free(arrival *arrival);
 void skip_forget(arrival *arrival);  // what is known of blocks: another run begins
 void skip_begin(arrival *arrival, const step *step, const stamp_chunk *chunk);
-status skip_pass_by(arrival *arrival, uint32_t tile, uint32_t number);
+status skip_pass_by(arrival *arrival, uint32_t number);
 void skip_catch_up(arrival *arrival, uint32_t tile);
-void skip_ahead(arrival *arrival, uint32_t tile);  // asks for what finding a block's next stamp reads
+void skip_catch_up_before(arrival *arrival, uint32_t number);  // the same, of the block of a stamp that has not come yet, or comes now
+void skip_until(arrival *arrival, uint32_t tile, uint32_t first, uint32_t next);  // of a block up to place `first`; what comes then is looked at, up to `next`
+void skip_ahead(arrival *arrival, uint32_t number);  // asks for what that reads first
 status skip_end(arrival *arrival);
-block_cursor *skip_cursor(arrival *arrival, uint32_t tile);
 void skip_columns(const arrival *arrival, const block_batch *stamps, batch *batch);  // points at those that the kernel reads
 // Sampling (warm.c): of the stamps from warm_first on, up to number `end`, as many of the last as fill caches are shown to them.
 status warm_make(arrival *arrival);

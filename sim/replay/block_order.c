@@ -12,6 +12,7 @@ enum { RECORDS_AHEAD = 16 };  // that are asked for before they are needed
 void block_order_free(block_order *order)
 {
     free(order->stamps);
+    free(order->places);
     free(order->batches);
     free(order->starts);
     free(order->primitive);
@@ -30,8 +31,10 @@ static void sort(const stamp_chunk *chunk, uint32_t tile_count, block_order *ord
         next[chunk->records[r].tile + 1]++;
     for (uint32_t t = 0; t < tile_count; t++)
         next[t + 1] += next[t];
-    for (uint32_t r = 0; r < chunk->count; r++)
-        order->stamps[next[chunk->records[r].tile]++] = (block_stamp){chunk->records[r].lanes, r, 0};
+    for (uint32_t r = 0; r < chunk->count; r++) {
+        const uint32_t place = order->places[r] = next[chunk->records[r].tile]++;
+        order->stamps[place] = (block_stamp){chunk->records[r].lanes, r, 0};
+    }
 }
 
 // A block's stamps lie all over the chunk: asks for the record of one that comes later.
@@ -116,9 +119,10 @@ static void fill_columns(const stamp_chunk *chunk, block_order *order)
 bool block_order_make(const stamp_chunk *chunk, const stamp_request *request, uint32_t tile_count, block_order *order)
 {
     order->stamps = malloc(((size_t)chunk->count + 1) * sizeof *order->stamps);
+    order->places = malloc(((size_t)chunk->count + 1) * sizeof *order->places);
     order->batches = malloc(((size_t)chunk->count + 1) * sizeof *order->batches);
     order->starts = calloc((size_t)tile_count + 2, sizeof *order->starts);
-    if (!order->stamps || !order->batches || !order->starts)
+    if (!order->stamps || !order->places || !order->batches || !order->starts)
         return false;
     sort(chunk, tile_count, order);
     make_batches(chunk, order);

@@ -131,6 +131,8 @@ status finish_run(replay *r, const machine *machine)
         result->batches[i] = r->plan.batches[i];  // handed over
         r->plan.batches[i] = (draw_batches){0};
     }
+    result->writes = r->plan.writes;  // so is this
+    r->plan.writes = NULL;
     result->wall_seconds = r->seconds;
     result->fragments_per_second = r->seconds > 0 ? (double)result->fragments_replayed / r->seconds : 0;
     if (result->iteration_limit_reached && !r->options->max_iterations && !r->plan.program->max_iterations)

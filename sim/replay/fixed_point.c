@@ -5,6 +5,7 @@
 // instructions executed, the same counts added to the conditions, the same state at its end. So it is enough
 // to add the last iteration's counts, as long as the outcomes ahead are known and the same.
 #include "tile.h"
+#include "write_log.h"
 
 #include <string.h>
 
@@ -59,6 +60,7 @@ static void take_snapshot(worker *w, const tile *tile)
         snapshot += words;
     }
     memcpy(w->query_snapshot, tile->query, sizeof tile->query);
+    w->draws_before = tile->draws;
     memcpy(w->before, w->counts, w->count_total * sizeof *w->counts);
 }
 
@@ -87,6 +89,9 @@ static void count_iterations(worker *w, tile *tile)
                 w->failed = true;
         for (uint32_t i = 0; i < w->count_total; i++)
             w->counts[i] += w->delta[i];
+        if (w->plan->writes && w->bin)
+            write_log_repeat(w->plan->writes, tile_number(w), tile->draws, w->draws_each);
+        tile->draws += w->draws_each;
         ++*iterations;
     }
 }
@@ -98,6 +103,7 @@ void fixed_head(worker *w, tile *tile, int loop)
     const bool again = w->loop == loop && w->noted_count > 0;
     if (again && w->has_snapshot && state_is_snapshot(w, tile)) {
         w->fixed = true;
+        w->draws_each = tile->draws - w->draws_before;
         for (uint32_t i = 0; i < w->count_total; i++)
             w->delta[i] = w->counts[i] - w->before[i];
     }

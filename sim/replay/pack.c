@@ -29,7 +29,7 @@ static uint32_t find_samples(arrival *a, const stamp_chunk *chunk, uint32_t firs
         const stamp_record *record = &chunk->records[r];
         uint32_t *base = arrival_block(a, record->tile);
         if (a->visited)
-            skip_catch_up(a, record->tile);
+            skip_catch_up_before(a, r);
         find_lanes(base, record->lanes, at);
         at += record->fragments;
     }

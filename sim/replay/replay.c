@@ -3,6 +3,7 @@
 
 #include "foregone.h"
 #include "stamps.h"
+#include "write_log.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -61,6 +62,14 @@ static bool can_share(const replay *r, const program *program)
     return r->read && bins_can_share(r->read) && !r->plan.has_batches && !list_depth_formats(program, r->plan.bound);
 }
 
+static status log_writes(replay *r)
+{
+    enum { PART = 8 };  // of the budget: several times what deep scenes take
+    const uint64_t budget = r->options->memory_bytes ? r->options->memory_bytes : DEFAULT_MEMORY;
+    r->plan.writes = write_log_create(&r->bins, budget / PART);
+    return r->plan.writes ? STATUS_OK : report_error(r->report, STATUS_IO, "out of memory: log of writes");
+}
+
 static status run_bound(replay *r, const program *program, const bound_program *bound, const machine *machine)
 {
     status status = plan_make(&r->plan, program, bound, r->report);
@@ -77,6 +86,8 @@ static status run_bound(replay *r, const program *program, const bound_program *
         status = bins_count(r->trace, &r->tiling, r->plan.has_batches, r->report, &r->counts);
     if (status == STATUS_OK)
         status = make_batches(r, machine->depth_format);
+    if (status == STATUS_OK && r->bins.shared && r->options->log_conditions)
+        status = log_writes(r);
     if (status != STATUS_OK)
         return status;
     set_limits(r);
@@ -96,6 +107,7 @@ static void release(replay *r)
     for (int i = 0; i < BATCHES_MAX; i++)
         batches_free(&r->plan.batches[i]);
     free(r->plan.foregone);
+    write_log_destroy(r->plan.writes);
     sample_counts_free(&r->counts);
     bins_free(&r->bins);
     free(r->tiles);
@@ -147,6 +159,7 @@ void result_destroy(run_result *result)
     free(result->conditions);
     for (int i = 0; i < BATCHES_MAX; i++)
         batches_free(&result->batches[i]);
+    write_log_destroy(result->writes);
     for (int i = 0; i < PLANE_MAX; i++)
         free(result->plane_values[i]);
     free(result);

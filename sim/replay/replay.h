@@ -140,6 +140,7 @@ typedef struct plan {
     bool has_batches;
     format depth_format;                       // in which batches know their ranges of depth
     struct foregone *foregone;                 // of each kernel, when its outcome is foregone; NULL: each batch is executed
+    struct write_log *writes;                  // NULL, or where batches that write are noted
 } plan;
 
 // Zeros for planes, at least one line of them; NULL: out of memory. Free with free() (storage.c).
@@ -159,6 +160,7 @@ typedef struct tile {
     uint64_t evaluation;                 // how many conditions were settled
     uint32_t iterations[REPEAT_MAX];
     uint64_t passes;                     // begun, if plan.stop_after_pass is set
+    uint64_t draws;                      // ended
     uint64_t query[QUERY_MAX];           // counted since the last reset
     uint32_t batch;                      // inside `batches`: which, and
     uint8_t batches;                     // of which plan.batches

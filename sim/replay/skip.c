@@ -2,8 +2,9 @@
 // stamps is looked at, when its content is asked for, and at the latest before the pass or the chunk ends.
 //
 // A kernel touches its own sample only, so a block's stamps need no order but their own, and those that share no sample can run
-// together. Nobody can tell that they ran late.
+// together. Nobody can tell that they ran late; nor that what writes nothing did not run at all, which the function level's log tells.
 #include "arrival.h"
+#include "write_log.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,8 @@ status skip_make(arrival *a)
     a->clip_limits = calloc(a->tiling.tile_count, sizeof *a->clip_limits);
     a->skip_counts = calloc((size_t)a->plan.count_total + 1, sizeof *a->skip_counts);
     a->skip_counts_seen = calloc((size_t)a->plan.count_total + 1, sizeof *a->skip_counts_seen);
+    if (bins_can_share(a->stamps) && write_log_is_of(a->function->writes, a->stamps->chunks[0].blocks.batch_count))
+        a->writes = a->function->writes;
     return a->cursors && a->clip_limits && a->skip_counts && a->skip_counts_seen ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that are passed over");
 }
 
@@ -44,12 +47,18 @@ void skip_begin(arrival *a, const step *step, const stamp_chunk *chunk)
     a->warming = a->visited && a->plan_of_phases.phase == PHASE_WARM;
 }
 
-block_cursor *skip_cursor(arrival *a, uint32_t tile)
+static block_cursor *cursor_of(arrival *a, uint32_t tile)
 {
     block_cursor *cursor = &a->cursors[tile];
     if (cursor->visit != a->visit)
         *cursor = (block_cursor){a->visit, a->visited->blocks.starts[tile]};
     return cursor;
+}
+
+// Whether none of the block's stamps writes in the draw at hand.
+static bool idle(const arrival *a, uint32_t tile)
+{
+    return a->writes && !write_log_row(a->writes, tile, a->draws);
 }
 
 // Planes that the kernel wrote since this was asked last, a bit each storage: its writes count how often they are executed.
@@ -129,72 +138,118 @@ void skip_columns(const arrival *a, const block_batch *stamps, batch *batch)
         batch->primitive = blocks->primitive + first;
 }
 
-// Lanes of a batch's stamps from *at on that came before the stamp at hand; *at becomes the first that did not.
-static uint64_t lanes_before(const arrival *a, const block_batch *batch, uint32_t *at)
+// The place of the first of the block's stamps, from `first` on, that does not come before the stamp at hand; all from `end` on do not.
+static uint32_t end_of_past(const arrival *a, uint32_t first, uint32_t end)
+{
+    const block_stamp *stamps = a->visited->blocks.stamps;
+    if (first < end && stamps[end - 1].number < a->position)
+        return end;
+    while (first < end) {
+        const uint32_t middle = first + (end - first) / 2;
+        if (stamps[middle].number < a->position)
+            first = middle + 1;
+        else
+            end = middle;
+    }
+    return first;
+}
+
+// Lanes of the batch's stamps that are among these.
+static uint64_t lanes_among(const arrival *a, const block_batch *batch, uint32_t first, uint32_t end)
 {
     const block_stamp *stamps = a->visited->blocks.stamps;
     uint64_t lanes = 0;
-    if (*at == batch->first && batch->last < a->position) {
-        *at = batch->end;
+    if (first <= batch->first && batch->end <= end)
         return batch->lanes;
-    }
-    for (; *at < batch->end && stamps[*at].number < a->position; ++*at)
-        lanes |= stamps[*at].lanes;
+    const uint32_t last = batch->end < end ? batch->end : end;
+    for (uint32_t at = batch->first < first ? first : batch->first; at < last; at++)
+        lanes |= stamps[at].lanes;
     return lanes;
+}
+
+// What running stamps of a block that nobody looked at did.
+typedef struct past_writes { uint32_t planes; uint64_t lanes, time; } past_writes;
+
+static void run_batch(arrival *a, uint32_t tile, const tile_plane *planes, const block_batch *batch, uint64_t lanes, past_writes *writes)
+{
+    const int kernel = a->visit_step->kernel;
+    struct batch run = {.lanes = lanes};
+    skip_columns(a, batch, &run);
+    a->execute(a->bound, kernel, planes, &run, a->skip_counts + a->plan.count_offset[kernel]);
+    const uint32_t written = written_since(a, kernel);
+    if (!written)
+        return;
+    if (a->uses[kernel].depth_write)
+        a->ranges[tile].pass = 0;
+    writes->planes |= written;
+    writes->lanes |= lanes;
+    writes->time = a->visit_time + (batch->last < a->position ? batch->last : a->position - 1);
+}
+
+// Those batches that may write, by the function level's log or else by ranges of depths.
+static void run_batches(arrival *a, uint32_t tile, uint32_t first, uint32_t end, past_writes *writes)
+{
+    const block_order *blocks = &a->visited->blocks;
+    const kernel_use *use = &a->uses[a->visit_step->kernel];
+    const uint64_t *row = a->writes ? write_log_row(a->writes, tile, a->draws) : NULL;
+    const uint32_t origin = blocks->stamps[blocks->starts[tile]].batch, last = blocks->stamps[end - 1].batch - origin + 1;
+    tile_plane planes[PLANE_MAX];
+    arrival_planes(a, tile, planes);
+    for (uint32_t b = blocks->stamps[first].batch - origin; b < last; b++) {
+        if (row && (b = write_log_next(row, b, last)) == last)
+            return;
+        const block_batch *batch = &blocks->batches[origin + b];
+        const uint64_t lanes = lanes_among(a, batch, first, end);
+        if (lanes && draws_class(a, a->visit_step, batch->draw) && (row || !fails(a, use, block_limits(a, tile), batch, tile)))
+            run_batch(a, tile, planes, batch, lanes, writes);
+    }
+}
+
+void skip_until(arrival *a, uint32_t tile, uint32_t first, uint32_t next)
+{
+    if (idle(a, tile))
+        return;
+    block_cursor *cursor = cursor_of(a, tile);
+    past_writes writes = {0};
+    if (first > cursor->next)
+        run_batches(a, tile, cursor->next, first, &writes);
+    cursor->next = next > cursor->next ? next : cursor->next;
+    if (writes.planes)
+        a->sink->skip(a->sink->user, tile, writes.planes, writes.lanes, writes.time);
 }
 
 void skip_catch_up(arrival *a, uint32_t tile)
 {
-    if (!a->visited)
+    if (!a->visited || idle(a, tile))
         return;
-    const block_order *blocks = &a->visited->blocks;
-    block_cursor *cursor = skip_cursor(a, tile);
-    const uint32_t end = blocks->starts[tile + 1];
-    const int kernel = a->visit_step->kernel;
-    const kernel_use *use = &a->uses[kernel];
-    uint32_t at = cursor->next, written = 0;
-    uint64_t written_lanes = 0, time = 0;
-    if (at == end || blocks->stamps[at].number >= a->position)
-        return;
-    tile_plane planes[PLANE_MAX];
-    arrival_planes(a, tile, planes);
-    const clip_limits *limits = block_limits(a, tile);
-    batch lanes_run = {0};
-    for (const block_batch *batch = &blocks->batches[blocks->stamps[at].batch]; at < end; batch++) {
-        lanes_run.lanes = lanes_before(a, batch, &at);
-        if (lanes_run.lanes && draws_class(a, a->visit_step, batch->draw) && !fails(a, use, limits, batch, tile)) {
-            skip_columns(a, batch, &lanes_run);
-            a->execute(a->bound, kernel, planes, &lanes_run, a->skip_counts + a->plan.count_offset[kernel]);
-            const uint32_t more = written_since(a, kernel);
-            if (more && use->depth_write)
-                a->ranges[tile].pass = 0;
-            written |= more;
-            written_lanes |= more ? lanes_run.lanes : 0;
-            time = more ? a->visit_time + (batch->last < a->position ? batch->last : a->position - 1) : time;
-        }
-        if (at < batch->end)
-            break;
-    }
-    cursor->next = at;
-    if (written)
-        a->sink->skip(a->sink->user, tile, written, written_lanes, time);
+    const uint32_t first = end_of_past(a, cursor_of(a, tile)->next, a->visited->blocks.starts[tile + 1]);
+    skip_until(a, tile, first, first);
 }
 
-status skip_pass_by(arrival *a, uint32_t tile, uint32_t number)
+void skip_catch_up_before(arrival *a, uint32_t number)
+{
+    const uint32_t tile = a->visited->records[number].tile;
+    if (idle(a, tile))
+        return;
+    const uint32_t first = end_of_past(a, cursor_of(a, tile)->next, a->visited->blocks.places[number]);
+    skip_until(a, tile, first, first);
+}
+
+status skip_pass_by(arrival *a, uint32_t number)
 {
     if (!a->visited)
         return STATUS_OK;
+    const uint32_t place = a->visited->blocks.places[number];
     const status status = a->warming ? warm_run(a, number) : STATUS_OK;
     a->position = number;
-    skip_catch_up(a, tile);
-    skip_cursor(a, tile)->next++;
+    skip_until(a, a->visited->records[number].tile, place, place + 1);
     return status;
 }
 
-void skip_ahead(arrival *a, uint32_t tile)
+void skip_ahead(arrival *a, uint32_t number)
 {
-    if (a->visited)
-        __builtin_prefetch(&a->visited->blocks.stamps[skip_cursor(a, tile)->next]);
+    if (a->visited && !idle(a, a->visited->records[number].tile))
+        __builtin_prefetch(&a->visited->blocks.stamps[a->visited->blocks.places[number]]);
 }
 
 // Asks for what running a block's stamps will read first.
@@ -202,9 +257,9 @@ static void prefetch(arrival *a, uint32_t tile)
 {
     const block_order *blocks = &a->visited->blocks;
     const uint32_t *block = arrival_block(a, tile);
-    if (skip_cursor(a, tile)->next == blocks->starts[tile + 1])
+    if (idle(a, tile) || cursor_of(a, tile)->next == blocks->starts[tile + 1])
         return;
-    skip_ahead(a, tile);
+    __builtin_prefetch(&blocks->stamps[cursor_of(a, tile)->next]);
     for (int i = 0; i < a->reads.plain_count; i++)
         for (int lane = 0; lane < TILE_LANES; lane += PREFETCH_WORDS)
             __builtin_prefetch(block + a->reads.offsets[i] + lane);
@@ -219,7 +274,7 @@ status skip_end(arrival *a)
     for (uint32_t tile = 0; tile < a->tiling.tile_count; tile++) {
         if (tile + BLOCKS_AHEAD < a->tiling.tile_count)
             prefetch(a, tile + BLOCKS_AHEAD);
-        skip_catch_up(a, tile);
+        skip_until(a, tile, a->visited->blocks.starts[tile + 1], a->visited->blocks.starts[tile + 1]);
     }
     a->visited = NULL;
     return status;

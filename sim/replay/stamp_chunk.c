@@ -71,6 +71,6 @@ uint64_t stamp_chunk_bytes(const stamp_chunk *chunk, const stamp_request *reques
     const uint64_t each = stamp_fragment_bytes(request);
     const block_order *blocks = &chunk->blocks;
     const uint64_t in_blocks = blocks->batch_count * (TILE_LANES * (each + 4 * request->primitive)) +
-                               (blocks->stamps ? chunk->count * (sizeof *blocks->stamps + sizeof *blocks->batches) : 0);
+                               (blocks->stamps ? chunk->count * (sizeof *blocks->stamps + sizeof *blocks->places + sizeof *blocks->batches) : 0);
     return chunk->fragment_capacity * each + chunk->capacity * sizeof *chunk->records + in_blocks;
 }

@@ -33,6 +33,7 @@ typedef struct block_batch {
 } block_batch;
 typedef struct block_order {
     block_stamp *stamps;
+    uint32_t *places;       // of each stamp, in order of arrival: where among those it is
     uint32_t *starts;       // of each block, and one past the last one's end
     block_batch *batches;
     uint32_t batch_count;

@@ -10,21 +10,28 @@
 #include "tile.h"
 
 #include "fragment_list.h"
+#include "write_log.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 static void note_counting(worker *w)
 {
-    uint32_t site_count = 0;
+    uint32_t site_count = 0, store_count = 0;
     for (int k = 0; k < w->plan->program->kernel_count; k++) {
         int count;
         const instruction *code = bound_instructions(w->plan->bound, k, &count);
         w->site_start[k] = site_count;
-        for (int i = 0; i < count; i++)
+        w->store_start[k] = store_count;
+        for (int i = 0; i < count; i++) {
+            const uint32_t at = w->plan->count_offset[k] + (uint32_t)i;
             if (code[i].op == OP_count)
-                w->sites[site_count++] = (count_site){w->plan->count_offset[k] + (uint32_t)i, code[i].d};
+                w->sites[site_count++] = (count_site){at, code[i].d};
+            else if (code[i].op == OP_st)
+                w->stores[store_count++] = at;
+        }
         w->site_start[k + 1] = site_count;
+        w->store_start[k + 1] = store_count;
     }
 }
 
@@ -39,10 +46,11 @@ worker *worker_create(const plan *plan, global *global)
     w->counts = calloc(3 * (size_t)w->count_total + 1, sizeof *w->counts);
     w->before = w->counts + w->count_total;
     w->delta = w->before + w->count_total;
+    w->stores = malloc(((size_t)w->count_total + 1) * sizeof *w->stores);
     w->sites = malloc(((size_t)w->count_total + 1) * sizeof *w->sites);  // every instruction may count
     w->snapshot = malloc(plan->tile_words * sizeof *w->snapshot);
     w->expander = expander_create(plan->bound);
-    if (!w->counts || !w->sites || !w->snapshot || !w->expander || !foresight_make(plan, &w->foresight)) {
+    if (!w->counts || !w->stores || !w->sites || !w->snapshot || !w->expander || !foresight_make(plan, &w->foresight)) {
         worker_destroy(w);
         return NULL;
     }
@@ -55,6 +63,7 @@ void worker_destroy(worker *w)
     if (!w)
         return;
     free(w->counts);
+    free(w->stores);
     free(w->sites);
     free(w->snapshot);
     expander_destroy(w->expander);
@@ -124,12 +133,36 @@ static uint64_t lanes_of_draws(const worker *w, const bin_batch *from, const uin
     return lanes;
 }
 
+uint32_t tile_number(const worker *w)
+{
+    return w->bins->first_tile + (uint32_t)(w->bin - w->bins->bins);
+}
+
+// How often the kernel's stores were executed, in all lanes.
+static uint64_t stores_executed(const worker *w, int kernel)
+{
+    uint64_t count = 0;
+    for (uint32_t s = w->store_start[kernel], end = w->store_start[kernel + 1]; s < end; s++)
+        count += w->counts[w->stores[s]];
+    return count;
+}
+
+// Notes whether the batch that the kernel ran on wrote; `*stores`: executed before and after it.
+static void note_write(worker *w, const tile *tile, int kernel, const bin_batch *batch, uint64_t *stores)
+{
+    const uint64_t before = *stores;
+    *stores = stores_executed(w, kernel);
+    if (*stores != before)
+        write_log_note(w->plan->writes, tile_number(w), tile->draws, batch->offset / TILE_LANES - w->bin->first_batch);
+}
+
 static void draw(worker *w, tile *tile, const step *step)
 {
     const bin *bin = w->bin;
     if (!bin)
         return;
     const bool opaque = step->classes == DRAW_OPAQUE;
+    uint64_t stores = w->plan->writes ? stores_executed(w, step->kernel) : 0;
     const uint32_t first = opaque ? 0 : bin->opaque_count;
     const uint32_t end = opaque ? bin->opaque_count : bin->opaque_count + bin->transparent_count;
     foresight_begin(&w->foresight, step->kernel);
@@ -142,10 +175,14 @@ static void draw(worker *w, tile *tile, const step *step)
             lanes &= from->sorted;
         else if (step->classes == DRAW_BATCH)
             lanes = lanes_of_draws(w, from, current_batch(w, tile)->draws);
-        if (lanes && !foresight_passes_over(&w->foresight, w->planes, w->bins, from, lanes))
-            run_kernel(w, tile, step->kernel, expander_batch(w->expander, r, lanes));
+        if (!lanes || foresight_passes_over(&w->foresight, w->planes, w->bins, from, lanes))
+            continue;
+        run_kernel(w, tile, step->kernel, expander_batch(w->expander, r, lanes));
+        if (w->plan->writes)
+            note_write(w, tile, step->kernel, from, &stores);
     }
     run_kernel(w, tile, step->kernel, NULL);
+    tile->draws++;
 }
 
 static void copy_plane(worker *w, const step *step)

@@ -20,6 +20,8 @@ struct worker {
     uint32_t count_total;
     count_site *sites;                  // kernel k's are those from site_start[k] to site_start[k + 1]
     uint32_t site_start[KERNEL_MAX + 1];
+    uint32_t *stores;                   // `st` instructions, in counts: kernel k's from store_start[k] to store_start[k + 1]
+    uint32_t store_start[KERNEL_MAX + 1];
     foresight foresight;
     bool failed;
 
@@ -31,9 +33,11 @@ struct worker {
     uint32_t *snapshot;             // planes in order of their numbers
     uint64_t query_snapshot[QUERY_MAX];
     uint64_t *before, *delta;       // counts at its head; counts of one iteration at the fixed point
+    uint64_t draws_before, draws_each;  // the same of draws that ended
 };
 
 uint32_t plane_words(const plan *plan, int plane);
+uint32_t tile_number(const worker *worker);           // of the tile at hand, which has a bin
 
 void fixed_start(worker *worker, const tile *tile);   // a tile begins or resumes
 void fixed_note(worker *worker, uint64_t count, uint64_t threshold, outcome outcome);  // it met a condition

@@ -10,14 +10,14 @@ enum { BLOCKS_AHEAD = 8 };  // whose stamps are asked for before they are run
 
 status warm_make(arrival *a)
 {
-    a->warm_blocks = malloc(a->tiling.tile_count * sizeof *a->warm_blocks);
+    a->warm_last = malloc(a->tiling.tile_count * sizeof *a->warm_last);
     a->warm_seen = calloc(a->tiling.tile_count, sizeof *a->warm_seen);
-    return a->warm_blocks && a->warm_seen ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that warm caches");
+    return a->warm_last && a->warm_seen ? STATUS_OK : report_error(a->report, STATUS_IO, "out of memory: stamps that warm caches");
 }
 
 void warm_free(arrival *a)
 {
-    free(a->warm_blocks);
+    free(a->warm_last);
     free(a->warm_seen);
 }
 
@@ -41,18 +41,22 @@ static uint64_t last_access(const arrival *a, const plane_access *access, uint32
     return a->visit_time + stamps[at].number;
 }
 
-static status warm_block(arrival *a, uint32_t tile, uint32_t first, uint32_t end)
+// Shows the stamps of a block from number `first` on, up to number `last`.
+static status warm_block(arrival *a, uint32_t first, uint32_t last)
 {
     const block_order *blocks = &a->visited->blocks;
+    const uint32_t tile = a->visited->records[last].tile, end = blocks->places[last] + 1;
     const int kernel = a->visit_step->kernel;
     status status = STATUS_OK;
+    uint32_t at = end - 1;
+    while (at > blocks->starts[tile] && blocks->stamps[at - 1].number >= first)
+        at--;
     a->position = first;
-    skip_catch_up(a, tile);
-    uint32_t at = skip_cursor(a, tile)->next;
-    while (status == STATUS_OK && at < blocks->starts[tile + 1] && blocks->stamps[at].number < end) {
+    skip_until(a, tile, at, end);
+    while (status == STATUS_OK && at < end) {
         const block_batch *batch = &blocks->batches[blocks->stamps[at].batch];
         const uint32_t from = at;
-        const uint64_t lanes = lanes_seen(a, batch, &at, end);
+        const uint64_t lanes = lanes_seen(a, batch, &at, last + 1);
         uint64_t times[2 * PLANE_MAX];
         stamp stamp;
         if (!lanes || !draws_class(a, a->visit_step, batch->draw))
@@ -64,7 +68,6 @@ static status warm_block(arrival *a, uint32_t tile, uint32_t first, uint32_t end
             times[i] = last_access(a, &stamp.accesses[i], from, at);
         status = a->sink->warm(a->sink->user, &stamp, times);
     }
-    skip_cursor(a, tile)->next = at;
     return status;
 }
 
@@ -103,12 +106,12 @@ status warm_run(arrival *a, uint32_t end)
     while (first > a->warm_first && count < enough) {
         const stamp_record *record = &a->visited->records[--first];
         if (see(a, record))
-            a->warm_blocks[count++] = record->tile;
+            a->warm_last[count++] = first;
     }
     while (status == STATUS_OK && count) {
         if (count > BLOCKS_AHEAD)
-            skip_ahead(a, a->warm_blocks[count - 1 - BLOCKS_AHEAD]);
-        status = warm_block(a, a->warm_blocks[--count], first, end);
+            skip_ahead(a, a->warm_last[count - 1 - BLOCKS_AHEAD]);
+        status = warm_block(a, first, a->warm_last[--count]);
     }
     return status;
 }
