@@ -33,15 +33,16 @@ static bool keep(arrival *a, uint64_t place, uint32_t code, const stamp_chunk *c
 
 static status append_stamp(arrival *a, const step *step, const stamp_chunk *chunk, const stamp_record *record)
 {
-    const uint32_t *codes = chunk->codes[bound_plane_format(a->bound, step->source)] + record->offset;
+    const uint32_t *codes = chunk->codes[bound_plane_format(a->bound, step->source)];
     const uint32_t *before = arrival_plane(a, a->plane_at[step->source], record->tile);
     stamp stamp = {.tile = record->tile, .draw = record->draw, .begins_primitive = record->begins_primitive,
                    .lanes = record->lanes, .shaded = record->lanes, .alive = record->lanes,
                    .passed = record->lanes, .accesses = a->accesses, .access_count = 1};
-    uint64_t at = record->offset;
     uint32_t kept = 0;
-    for (uint64_t left = record->lanes; left; left &= left - 1, at++) {
-        const uint32_t lane = (uint32_t)__builtin_ctzll(left), code = *codes++;
+    for (uint64_t left = record->lanes; left; left &= left - 1) {
+        const uint32_t lane = (uint32_t)__builtin_ctzll(left);
+        const uint64_t at = stamp_place_of(chunk, record, lane);
+        const uint32_t code = codes[at];
         const uint64_t place = (uint64_t)record->tile * TILE_LANES + lane;
         if (code == 0 || code >= before[lane])  // on the near plane, or behind what is opaque
             continue;

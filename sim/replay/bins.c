@@ -146,7 +146,7 @@ static uint64_t lay_out(bin_batch *batches, uint32_t batch_count, const uint32_t
         uint64_t mask = 0;
         for (int lane = 0; lane < TILE_LANES; lane++)
             mask |= (uint64_t)(lanes[lane] > r) << lane;
-        batches[r] = (bin_batch){mask, 0, offset, {UINT32_MAX, 0}};
+        batches[r] = (bin_batch){mask, 0, offset, {UINT32_MAX, 0}, 0};
         offset += count_lanes(mask);
     }
     return offset;

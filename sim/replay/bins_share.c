@@ -38,28 +38,31 @@ static void count_tile(const trace_info *info, const block_order *blocks, uint32
 }
 
 // Appends the tile's batches of opaque draws, or of all others; returns how many.
-static uint32_t add_batches(const trace_info *info, const block_order *blocks, uint32_t tile, bool opaque, bin_batch *to)
+static uint32_t add_batches(const trace_info *info, const block_order *blocks, uint32_t tile, bool opaque, bool depths, bin_batch *to)
 {
     uint32_t count = 0;
-    for (uint32_t b = first_batch(blocks, tile), end = end_batch(blocks, tile); b < end; b++) {
+    const uint32_t first = first_batch(blocks, tile);
+    for (uint32_t b = first, end = end_batch(blocks, tile); b < end; b++) {
+        const block_batch *batch = &blocks->batches[b];
+        const depth_range range = depths ? (depth_range){batch->nearest, batch->farthest} : (depth_range){UINT32_MAX, 0};
         const uint64_t lanes = blocks->batches[b].lanes;
         const draw_class class = info->draws[blocks->batches[b].draw].class;
         if ((class == CLASS_OPAQUE) == opaque)
-            to[count++] = (bin_batch){lanes, class == CLASS_SORTED ? lanes : 0, (uint64_t)b * TILE_LANES, {UINT32_MAX, 0}};
+            to[count++] = (bin_batch){lanes, class == CLASS_SORTED ? lanes : 0, batch->offset, range, b - first};
     }
     return count;
 }
 
-static void add_tile(const trace_info *info, const block_order *blocks, uint32_t tile, bins *bins)
+static void add_tile(const trace_info *info, const block_order *blocks, uint32_t tile, bool depths, bins *bins)
 {
     bin *const bin = &bins->bins[tile];
     bin->first_batch = first_batch(blocks, tile);
     bin_batch *const batches = bins->batches + bin->first_batch;
-    bin->opaque_count = add_batches(info, blocks, tile, true, batches);
-    bin->transparent_count = add_batches(info, blocks, tile, false, batches + bin->opaque_count);
+    bin->opaque_count = add_batches(info, blocks, tile, true, depths, batches);
+    bin->transparent_count = add_batches(info, blocks, tile, false, depths, batches + bin->opaque_count);
 }
 
-status bins_share(const stamps *s, const report *report, sample_counts *counts, bins *bins)
+status bins_share(const stamps *s, format format, const report *report, sample_counts *counts, bins *bins)
 {
     const trace_info *info = trace_get_info(s->trace);
     const block_order *blocks = &s->chunks[0].blocks;
@@ -74,11 +77,11 @@ status bins_share(const stamps *s, const report *report, sample_counts *counts, 
         return report_error(report, STATUS_IO, "out of memory: %u batches", blocks->batch_count);
     for (uint32_t t = 0; t < tiles; t++) {
         count_tile(info, blocks, t, counts);
-        add_tile(info, blocks, t, bins);
+        add_tile(info, blocks, t, format == s->request.range_format, bins);
     }
     sample_counts_deepest(&s->tiling, counts);
-    memcpy(bins->codes, blocks->codes, sizeof bins->codes);
-    memcpy(bins->rgba, blocks->rgba, sizeof bins->rgba);
-    bins->primitive = blocks->primitive;
+    memcpy(bins->codes, s->chunks[0].codes, sizeof bins->codes);
+    memcpy(bins->rgba, s->chunks[0].rgba, sizeof bins->rgba);
+    bins->primitive = s->chunks[0].primitive;
     return STATUS_OK;
 }

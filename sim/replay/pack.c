@@ -129,6 +129,35 @@ static void fill_primitives(stamp_pack *p, const stamp_record *first, const stam
             *to++ = record->primitive;
 }
 
+// The stamps' fragments side by side, where they do not lie like that.
+static void close_up(stamp_pack *p, const stamp_record *first, const stamp_record *end, int column, const void *from)
+{
+    uint32_t *to = p->columns[column];
+    for (const stamp_record *record = first; record < end; record++) {
+        const uint32_t *lanes = (const uint32_t *)from + record->offset;
+        for (uint64_t left = record->lanes; left; left &= left - 1)
+            *to++ = lanes[__builtin_ctzll(left)];
+    }
+}
+
+// Points the batch at what the kernel looks at.
+static void point_at_columns(stamp_pack *p, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *first, const stamp_record *end,
+                             batch *batch)
+{
+    int column = 0;
+    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, column++) {
+        const int f = __builtin_ctz(formats);
+        if (chunk->by_lanes)
+            close_up(p, first, end, column, chunk->codes[f]);
+        batch->depth[f] = chunk->by_lanes ? p->columns[column] : chunk->codes[f] + first->offset;
+    }
+    for (int c = 0; use->color && c < 4; c++, column++) {
+        if (chunk->by_lanes)
+            close_up(p, first, end, column, chunk->rgba[c]);
+        batch->rgba[c] = chunk->by_lanes ? (const float *)(const void *)p->columns[column] : chunk->rgba[c] + first->offset;
+    }
+}
+
 bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record)
 {
     const kernel_use *use = &a->uses[kernel];
@@ -139,10 +168,7 @@ bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_re
         return false;
     const uint32_t count = find_samples(a, chunk, first, end);
     batch batch = {.lanes = UINT64_MAX >> (TILE_LANES - count), .log = a->log, .primitive = p->primitives};
-    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1)
-        batch.depth[__builtin_ctz(formats)] = chunk->codes[__builtin_ctz(formats)] + record->offset;
-    for (int c = 0; use->color && c < 4; c++)
-        batch.rgba[c] = chunk->rgba[c] + record->offset;
+    point_at_columns(p, use, chunk, record, chunk->records + end, &batch);
     if (use->primitive)
         fill_primitives(p, record, chunk->records + end);
     run(a, kernel, &batch, count);

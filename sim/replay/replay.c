@@ -81,7 +81,7 @@ static status run_bound(replay *r, const program *program, const bound_program *
     if (status == STATUS_OK)
         status = check_image(r);
     if (status == STATUS_OK && can_share(r, program))
-        status = bins_share(r->read, r->report, &r->counts, &r->bins);
+        status = bins_share(r->read, r->plan.depth_format, r->report, &r->counts, &r->bins);
     else if (status == STATUS_OK)
         status = bins_count(r->trace, &r->tiling, r->plan.has_batches, r->report, &r->counts);
     if (status == STATUS_OK)

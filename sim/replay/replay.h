@@ -49,6 +49,7 @@ typedef struct bin_batch {
     uint64_t lanes, sorted;  // all; those from draws of class sorted
     uint64_t offset;
     depth_range depths;      // of all, in plan.depth_format, once they were asked for (foregone.c)
+    uint32_t number;         // if shared: in the block's order of arrival
 } bin_batch;
 
 typedef struct bin {

@@ -128,14 +128,13 @@ static bool fails(arrival *a, const kernel_use *use, const clip_limits *limits, 
 void skip_columns(const arrival *a, const block_batch *stamps, batch *batch)
 {
     const kernel_use *use = &a->uses[a->visit_step->kernel];
-    const block_order *blocks = &a->visited->blocks;
-    const size_t first = (size_t)(stamps - blocks->batches) * TILE_LANES;
+    const stamp_chunk *chunk = a->visited;
     for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1)
-        batch->depth[__builtin_ctz(formats)] = blocks->codes[__builtin_ctz(formats)] + first;
+        batch->depth[__builtin_ctz(formats)] = chunk->codes[__builtin_ctz(formats)] + stamps->offset;
     for (int c = 0; use->color && c < 4; c++)
-        batch->rgba[c] = blocks->rgba[c] + first;
+        batch->rgba[c] = chunk->rgba[c] + stamps->offset;
     if (use->primitive)
-        batch->primitive = blocks->primitive + first;
+        batch->primitive = chunk->primitive + stamps->offset;
 }
 
 // The place of the first of the block's stamps, from `first` on, that does not come before the stamp at hand; all from `end` on do not.

@@ -4,23 +4,23 @@
 
 #include <string.h>
 
-// The fragments of a stamp as lanes, of the columns that the kernel looks at; a full block is used where it lies.
+// The fragments of a stamp as lanes, of the columns that the kernel looks at; what lies by lanes and a full block are used where they lie.
 static void spread(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record, batch *batch)
 {
     uint32_t *next = a->lanes_of_columns;
-    const bool full = record->lanes == UINT64_MAX;
+    const bool there = chunk->by_lanes || record->lanes == UINT64_MAX;
     for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, next += TILE_LANES) {
         const int f = __builtin_ctz(formats);
         const uint32_t *dense = chunk->codes[f] + record->offset;
-        if (!full)
+        if (!there)
             expand_lanes(next, dense, record->lanes);
-        batch->depth[f] = full ? dense : next;
+        batch->depth[f] = there ? dense : next;
     }
     for (int c = 0; use->color && c < 4; c++, next += TILE_LANES) {
         const float *dense = chunk->rgba[c] + record->offset;
-        if (!full)
+        if (!there)
             expand_lanes(next, dense, record->lanes);
-        batch->rgba[c] = full ? dense : (const float *)(const void *)next;
+        batch->rgba[c] = there ? dense : (const float *)(const void *)next;
     }
     for (int lane = 0; use->primitive && lane < TILE_LANES; lane++)
         next[lane] = record->primitive;
@@ -118,14 +118,24 @@ depth_range block_depths(arrival *a, const kernel_use *use, uint32_t tile)
     return block->range;
 }
 
+static depth_range fragment_depths(const stamp_chunk *chunk, const stamp_record *record, format format)
+{
+    depth_range range = {UINT32_MAX, 0};
+    for (uint64_t left = record->lanes; left; left &= left - 1) {
+        const uint32_t code = chunk->codes[format][stamp_place_of(chunk, record, (uint32_t)__builtin_ctzll(left))];
+        range.least = code < range.least ? code : range.least;
+        range.most = code > range.most ? code : range.most;
+    }
+    return range;
+}
+
 bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record)
 {
     if (!a->options.hierarchical || !use->hierarchical)
         return false;
     const format format = use->depth_plane >= 0 ? bound_plane_format(a->bound, use->depth_plane) : a->machine->depth_format;
     const depth_range known = {record->nearest, record->farthest};
-    const depth_range range = format == a->machine->depth_format ? known
-                              : depth_range_of(chunk->codes[format] + record->offset, record->fragments);
+    const depth_range range = format == a->machine->depth_format ? known : fragment_depths(chunk, record, format);
     return depth_range_fails(use->depth_function, range, block_depths(a, use, record->tile));
 }
 

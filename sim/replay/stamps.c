@@ -36,6 +36,7 @@ typedef struct stamp_pending {
     uint64_t *offsets;        // of each stamp
     uint32_t *regions_seen;   // of each region: stamp of the primitive that was counted there last
     uint32_t primitive_number;
+    open_batch *open;         // of each block; NULL: columns are not by lanes
     packed_block *packed;     // of each block: what the pack at hand has of it
     uint64_t pack;            // its number
     uint32_t pack_fragments, pack_draw;
@@ -94,31 +95,41 @@ static void put_records(const stamps *s, stamp_pending *p, stamp_chunk *chunk)
     const tiling *t = &s->tiling;
     const stamp_record *last = chunk->count ? &chunk->records[chunk->count - 1] : NULL;
     const uint32_t begun = last ? last->begun + last->begins_primitive : 0;
-    uint64_t offset = chunk->fragment_count;
     chunk->first_draw = last && chunk->first_draw < p->draw ? chunk->first_draw : p->draw;
     chunk->last_draw = last && chunk->last_draw > p->draw ? chunk->last_draw : p->draw;
     for (uint32_t i = 0; i < p->tile_count; i++) {
         stamp_record *record = &chunk->records[chunk->count];
-        p->offsets[i] = offset;
-        *record = (stamp_record){.lanes = p->lanes[i], .offset = offset, .tile = p->tiles[i], .primitive = p->primitive, .draw = p->draw,
+        p->offsets[i] = stamp_chunk_place(chunk, &s->request, p->open ? &p->open[p->tiles[i]] : NULL, p->draw, p->lanes[i]);
+        *record = (stamp_record){.lanes = p->lanes[i], .offset = p->offsets[i], .tile = p->tiles[i], .primitive = p->primitive, .draw = p->draw,
                                  .begun = i ? record[-1].begun + record[-1].begins_primitive : begun, .begins_primitive = i == 0, .nearest = UINT32_MAX,
                                  .fragments = (uint8_t)count_lanes(p->lanes[i]), .quads = (uint8_t)count_lanes(quads_of_lanes(p->lanes[i], t->samples, t->tile_width, t->quad_corners))};
         pack_record(p, !chunk->count, record);
         chunk->count++;
-        offset += record->fragments;
+        chunk->fragment_count += record->fragments;
     }
-    chunk->fragment_count = offset;
+}
+
+// Widens the range of depths of the stamp that got so many fragments at a place.
+static void widen(const uint32_t *codes, uint32_t count, stamp_record *record)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        record->nearest = codes[i] < record->nearest ? codes[i] : record->nearest;
+        record->farthest = codes[i] > record->farthest ? codes[i] : record->farthest;
+    }
 }
 
 static void put_fragments(const stamps *s, const stamp_pending *p, const word_columns *columns, uint32_t begin, stamp_chunk *chunk)
 {
+    const uint32_t *codes = chunk->codes[s->request.range_format];
+    stamp_record *records = chunk->records + chunk->count - p->tile_count;
     for (uint32_t i = 0; i < p->count; i++) {
         const pending_run *run = &p->runs[i];
-        const uint64_t before = p->lanes[run->stamp] & ((1ull << run->lane) - 1);
-        word_columns_copy(columns, begin + run->first, p->offsets[run->stamp] + count_lanes(before), run->count);
+        const uint64_t to = stamp_place_of(chunk, &records[run->stamp], run->lane);
+        word_columns_copy(columns, begin + run->first, to, run->count);
+        if (codes && chunk->by_lanes)
+            widen(codes + to, run->count, &records[run->stamp]);
     }
-    const uint32_t *codes = chunk->codes[s->request.range_format];
-    for (stamp_record *record = chunk->records + chunk->count - p->tile_count; codes && record < chunk->records + chunk->count; record++) {
+    for (stamp_record *record = records; codes && !chunk->by_lanes && record < records + p->tile_count; record++) {
         const depth_range range = depth_range_of(codes + record->offset, record->fragments);
         record->nearest = range.least;
         record->farthest = range.most;
@@ -264,6 +275,8 @@ static bool start_run(stamps *s, const fragments *run, const stamp_chunk *chunk)
             p->columns.from[p->columns.count++] = p->lane_runs.codes[f];
     for (int c = 0; s->request.color && c < 4; c++)
         p->columns.from[p->columns.count++] = run->rgba[c];
+    if (chunk->by_lanes && s->request.primitive)
+        p->columns.from[p->columns.count++] = run->primitive;
     stamp_chunk_columns(chunk, &s->request, &p->columns);
     return true;
 }
@@ -284,10 +297,10 @@ static bool add_run(stamps *s, const fragments *run, stamp_chunk *chunk, bool co
 }
 
 // With how many fragments a chunk is full. In order of blocks one takes the whole trace, if the budget is likely to do: fragments lie
-// there twice, the second time with gaps.
+// there with gaps.
 static uint64_t full_chunk(const stamps *s, uint64_t total)
 {
-    const bool takes_all = s->request.blocks && s->whole && total <= s->request.memory_bytes / (3 * stamp_fragment_bytes(&s->request) + 1);
+    const bool takes_all = s->request.blocks && s->whole && total <= s->request.memory_bytes / (2 * stamp_place_bytes(&s->request) + 1);
     return takes_all && total >= CHUNK_FRAGMENTS ? total + 1 : CHUNK_FRAGMENTS;
 }
 
@@ -295,8 +308,11 @@ static uint64_t full_chunk(const stamps *s, uint64_t total)
 static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
 {
     const uint64_t total = trace_get_info(s->trace)->fragment_count, full = full_chunk(s, total), most = full + CHUNK_FRAGMENTS / 8;
+    chunk->by_lanes = s->request.blocks;
     if (!stamp_chunk_resize(chunk, &s->request, total < most ? total : most))
         return refuse_memory(s->report);
+    if (chunk->by_lanes)
+        memset(s->pending->open, 0, s->tiling.tile_count * sizeof *s->pending->open);
     while (!s->ended && chunk->fragment_count < full) {
         fragments run;
         const status status = trace_next(s->trace, &run);
@@ -308,9 +324,9 @@ static status fill_chunk(stamps *s, stamp_chunk *chunk, bool counting)
         if (counting)
             report_progress(s->report, "reading stamps", chunk->fragment_count + (uint64_t)(s->chunk_count - 1) * CHUNK_FRAGMENTS, total);
     }
-    if (!stamp_chunk_resize(chunk, &s->request, chunk->fragment_count))
+    if (!stamp_chunk_resize(chunk, &s->request, chunk->place_count))
         return refuse_memory(s->report);
-    if (s->request.blocks && !block_order_make(chunk, &s->request, s->tiling.tile_count, &chunk->blocks))
+    if (chunk->by_lanes && !block_order_make(chunk, s->tiling.tile_count, &chunk->blocks))
         return refuse_memory(s->report);
     return STATUS_OK;
 }
@@ -397,7 +413,8 @@ static status make(stamps *s)
     s->pending->stamp_of_tile = calloc(tiling->tile_count, sizeof *s->pending->stamp_of_tile);
     s->pending->regions_seen = calloc((size_t)region_count(s) + 1, sizeof *s->pending->regions_seen);
     s->pending->packed = calloc(tiling->tile_count, sizeof *s->pending->packed);
-    if (!s->pending->stamp_of_tile || !s->pending->regions_seen || !s->pending->packed)
+    s->pending->open = s->request.blocks ? calloc(tiling->tile_count, sizeof *s->pending->open) : NULL;
+    if (!s->pending->stamp_of_tile || !s->pending->regions_seen || !s->pending->packed || (s->request.blocks && !s->pending->open))
         return refuse_memory(s->report);
     const status status = read_all(s);
     return status == STATUS_OK && s->request.region_pixels ? sort_by_region(s) : status;
@@ -439,6 +456,7 @@ void stamps_destroy(stamps *s)
         lane_runs_free(&s->pending->lane_runs);
         free(s->pending->regions_seen);
         free(s->pending->packed);
+        free(s->pending->open);
     }
     free(s->pending);
     free(s);

@@ -153,7 +153,7 @@ static void note_write(worker *w, const tile *tile, int kernel, const bin_batch 
     const uint64_t before = *stores;
     *stores = stores_executed(w, kernel);
     if (*stores != before)
-        write_log_note(w->plan->writes, tile_number(w), tile->draws, batch->offset / TILE_LANES - w->bin->first_batch);
+        write_log_note(w->plan->writes, tile_number(w), tile->draws, batch->number);
 }
 
 static void draw(worker *w, tile *tile, const step *step)
