@@ -5,6 +5,7 @@
 // blocks; their columns lie side by side already. None of them can see what another one wrote. What each wrote goes to its
 // block when the stamp's own turn comes: until then nobody sees that it ran, and if its turn never comes, it did not.
 #include "arrival.h"
+#include "lane_runs.h"
 
 bool pack_has(const arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record)
 {
@@ -130,32 +131,36 @@ static void fill_primitives(stamp_pack *p, const stamp_record *first, const stam
 }
 
 // The stamps' fragments side by side, where they do not lie like that.
-static void close_up(stamp_pack *p, const stamp_record *first, const stamp_record *end, int column, const void *from)
+static void close_up(const word_columns *columns, const stamp_record *first, const stamp_record *end)
 {
-    uint32_t *to = p->columns[column];
-    for (const stamp_record *record = first; record < end; record++) {
-        const uint32_t *lanes = (const uint32_t *)from + record->offset;
-        for (uint64_t left = record->lanes; left; left &= left - 1)
-            *to++ = lanes[__builtin_ctzll(left)];
-    }
+    uint64_t to = 0;
+    for (const stamp_record *record = first; record < end; record++)
+        for (uint64_t left = record->lanes; left;) {
+            const uint32_t lane = (uint32_t)__builtin_ctzll(left);
+            const uint64_t gaps = ~(left >> lane);
+            const uint32_t count = gaps ? (uint32_t)__builtin_ctzll(gaps) : TILE_LANES;
+            word_columns_copy(columns, record->offset + lane, to, count);
+            to += count;
+            left &= ~(UINT64_MAX >> (TILE_LANES - count) << lane);
+        }
 }
 
 // Points the batch at what the kernel looks at.
 static void point_at_columns(stamp_pack *p, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *first, const stamp_record *end,
                              batch *batch)
 {
-    int column = 0;
-    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, column++) {
+    word_columns columns = {0};
+    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1) {
         const int f = __builtin_ctz(formats);
-        if (chunk->by_lanes)
-            close_up(p, first, end, column, chunk->codes[f]);
-        batch->depth[f] = chunk->by_lanes ? p->columns[column] : chunk->codes[f] + first->offset;
+        batch->depth[f] = chunk->by_lanes ? p->columns[columns.count] : chunk->codes[f] + first->offset;
+        word_columns_add(&columns, chunk->codes[f], p->columns[columns.count]);
     }
-    for (int c = 0; use->color && c < 4; c++, column++) {
-        if (chunk->by_lanes)
-            close_up(p, first, end, column, chunk->rgba[c]);
-        batch->rgba[c] = chunk->by_lanes ? (const float *)(const void *)p->columns[column] : chunk->rgba[c] + first->offset;
+    for (int c = 0; use->color && c < 4; c++) {
+        batch->rgba[c] = chunk->by_lanes ? (const float *)(const void *)p->columns[columns.count] : chunk->rgba[c] + first->offset;
+        word_columns_add(&columns, chunk->rgba[c], p->columns[columns.count]);
     }
+    if (chunk->by_lanes)
+        close_up(&columns, first, end);
 }
 
 bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record)
