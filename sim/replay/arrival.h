@@ -91,7 +91,8 @@ typedef struct stamp_pack {
     uint32_t lane;                  // of the first fragment of `next`
     uint32_t *at[TILE_LANES + PACK_STEP];  // each fragment's sample in its block's storage; behind them, of any
     uint32_t primitives[TILE_LANES];
-    uint32_t columns[COLUMNS_MAX][TILE_LANES];  // of its fragments, if these lie by lanes
+    uint64_t from[TILE_LANES + PACK_STEP];      // if fragments lie by lanes: each one's place in the chunk's columns,
+    uint32_t columns[COLUMNS_MAX][TILE_LANES];  // and those of all, side by side
     tile_plane planes[PLANE_MAX];
     uint32_t *words;                // that those lie in
     bool reads_colors;              // most lanes of the dispatch before did

@@ -5,7 +5,6 @@
 // blocks; their columns lie side by side already. None of them can see what another one wrote. What each wrote goes to its
 // block when the stamp's own turn comes: until then nobody sees that it ran, and if its turn never comes, it did not.
 #include "arrival.h"
-#include "lane_runs.h"
 
 bool pack_has(const arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record)
 {
@@ -130,37 +129,41 @@ static void fill_primitives(stamp_pack *p, const stamp_record *first, const stam
             *to++ = record->primitive;
 }
 
-// The stamps' fragments side by side, where they do not lie like that.
-static void close_up(const word_columns *columns, const stamp_record *first, const stamp_record *end)
+// Where the stamps' fragments lie, which lie by lanes, and as find_samples some behind.
+static void find_places(stamp_pack *p, const stamp_record *first, const stamp_record *end)
 {
-    uint64_t to = 0;
-    for (const stamp_record *record = first; record < end; record++)
-        for (uint64_t left = record->lanes; left;) {
-            const uint32_t lane = (uint32_t)__builtin_ctzll(left);
-            const uint64_t gaps = ~(left >> lane);
-            const uint32_t count = gaps ? (uint32_t)__builtin_ctzll(gaps) : TILE_LANES;
-            word_columns_copy(columns, record->offset + lane, to, count);
-            to += count;
-            left &= ~(UINT64_MAX >> (TILE_LANES - count) << lane);
-        }
+    uint64_t *from = p->from;
+    for (const stamp_record *record = first; record < end; from += record->fragments, record++)
+        for (uint64_t lanes = record->lanes, *next = from; lanes; next += PACK_STEP)
+            for (int i = 0; i < PACK_STEP; i++, lanes &= lanes - 1)
+                next[i] = record->offset + (uint32_t)__builtin_ctzll(lanes | UINT64_C(1) << 63);
+    for (int i = 0; i < PACK_STEP; i++)
+        from[i] = first->offset;
+}
+
+// A column's words side by side.
+static const uint32_t *close_up(const stamp_pack *p, const void *column, uint32_t count, uint32_t *to)
+{
+    const uint32_t *words = column;
+    for (uint32_t at = 0; at < count; at += PACK_STEP)
+        for (uint32_t i = at; i < at + PACK_STEP; i++)
+            to[i] = words[p->from[i]];
+    return to;
 }
 
 // Points the batch at what the kernel looks at.
 static void point_at_columns(stamp_pack *p, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *first, const stamp_record *end,
-                             batch *batch)
+                             uint32_t count, batch *batch)
 {
-    word_columns columns = {0};
-    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1) {
-        const int f = __builtin_ctz(formats);
-        batch->depth[f] = chunk->by_lanes ? p->columns[columns.count] : chunk->codes[f] + first->offset;
-        word_columns_add(&columns, chunk->codes[f], p->columns[columns.count]);
-    }
-    for (int c = 0; use->color && c < 4; c++) {
-        batch->rgba[c] = chunk->by_lanes ? (const float *)(const void *)p->columns[columns.count] : chunk->rgba[c] + first->offset;
-        word_columns_add(&columns, chunk->rgba[c], p->columns[columns.count]);
-    }
+    uint32_t (*next)[TILE_LANES] = p->columns;
     if (chunk->by_lanes)
-        close_up(&columns, first, end);
+        find_places(p, first, end);
+    for (uint32_t formats = use->depth_formats; formats; formats &= formats - 1, next++) {
+        const int f = __builtin_ctz(formats);
+        batch->depth[f] = chunk->by_lanes ? close_up(p, chunk->codes[f], count, *next) : chunk->codes[f] + first->offset;
+    }
+    for (int c = 0; use->color && c < 4; c++, next++)
+        batch->rgba[c] = chunk->by_lanes ? (const float *)(const void *)close_up(p, chunk->rgba[c], count, *next) : chunk->rgba[c] + first->offset;
 }
 
 bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_record *record)
@@ -173,7 +176,7 @@ bool pack_begin(arrival *a, int kernel, const stamp_chunk *chunk, const stamp_re
         return false;
     const uint32_t count = find_samples(a, chunk, first, end);
     batch batch = {.lanes = UINT64_MAX >> (TILE_LANES - count), .log = a->log, .primitive = p->primitives};
-    point_at_columns(p, use, chunk, record, chunk->records + end, &batch);
+    point_at_columns(p, use, chunk, record, chunk->records + end, count, &batch);
     if (use->primitive)
         fill_primitives(p, record, chunk->records + end);
     run(a, kernel, &batch, count);
