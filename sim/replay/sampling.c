@@ -132,13 +132,13 @@ static bool steady(arrival *a)
     return p->steady;
 }
 
-// Windows, their leads and the pass's end must be worth it: several windows, and half of the stamps passed over. Else the rest is measured, too.
+// Windows, their leads and the pass's end must be worth it: several windows, and a quarter of the stamps passed over. Else the rest is measured, too.
 static bool worth(const arrival *a)
 {
     const phase_plan *p = &a->plan_of_phases;
     const sampling *s = a->options.sampling;
     const uint64_t behind = p->stamps - p->at, window = window_length(s, behind);
-    return behind >= 8 * (lead_length(a, s->window) + s->window) && s->period / s->window * window >= 2 * (lead_length(a, window) + window);
+    return behind >= 8 * (lead_length(a, s->window) + s->window) && 3 * (s->period / s->window) * window >= 4 * (lead_length(a, window) + window);
 }
 
 // The head ends when stamps came that fill all queues, and these stay as full as they are: until then the rasterizer runs ahead at a
