@@ -78,7 +78,7 @@ typedef struct phase_plan {
 
 // The first of a block's stamps in chunk.blocks that was neither looked at nor run (skip.c), if it is of this visit of a chunk and
 // any of them may write.
-typedef struct block_cursor { uint64_t visit; uint32_t next; } block_cursor;
+typedef struct block_cursor { uint64_t visit; uint32_t next, batch; } block_cursor;  // batch: of the block's, none before it has any
 
 enum { PACK_STEP = 4 };             // fragments that are gathered at once
 

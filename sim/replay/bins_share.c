@@ -13,21 +13,9 @@ bool bins_can_share(const stamps *s)
     return s->whole && s->chunk_count == 1 && s->request.blocks && !s->request.tiles;
 }
 
-static uint32_t first_batch(const block_order *blocks, uint32_t tile)
-{
-    const uint32_t stamp = blocks->starts[tile];
-    return stamp < blocks->starts[tile + 1] ? blocks->stamps[stamp].batch : 0;
-}
-
-static uint32_t end_batch(const block_order *blocks, uint32_t tile)
-{
-    const uint32_t end = blocks->starts[tile + 1];
-    return blocks->starts[tile] < end ? blocks->stamps[end - 1].batch + 1 : 0;
-}
-
 static void count_tile(const trace_info *info, const block_order *blocks, uint32_t tile, sample_counts *counts)
 {
-    for (uint32_t b = first_batch(blocks, tile), end = end_batch(blocks, tile); b < end; b++) {
+    for (uint32_t b = blocks->first_batches[tile], end = blocks->first_batches[tile + 1]; b < end; b++) {
         const uint64_t lanes = blocks->batches[b].lanes;
         const draw_class class = info->draws[blocks->batches[b].draw].class;
         uint32_t *const array = (class == CLASS_OPAQUE ? counts->opaque : counts->transparent) + (size_t)tile * TILE_LANES;
@@ -41,8 +29,8 @@ static void count_tile(const trace_info *info, const block_order *blocks, uint32
 static uint32_t add_batches(const trace_info *info, const block_order *blocks, uint32_t tile, bool opaque, bool depths, bin_batch *to)
 {
     uint32_t count = 0;
-    const uint32_t first = first_batch(blocks, tile);
-    for (uint32_t b = first, end = end_batch(blocks, tile); b < end; b++) {
+    const uint32_t first = blocks->first_batches[tile];
+    for (uint32_t b = first, end = blocks->first_batches[tile + 1]; b < end; b++) {
         const block_batch *batch = &blocks->batches[b];
         const depth_range range = depths ? (depth_range){batch->nearest, batch->farthest} : (depth_range){UINT32_MAX, 0};
         const uint64_t lanes = blocks->batches[b].lanes;
@@ -56,7 +44,7 @@ static uint32_t add_batches(const trace_info *info, const block_order *blocks, u
 static void add_tile(const trace_info *info, const block_order *blocks, uint32_t tile, bool depths, bins *bins)
 {
     bin *const bin = &bins->bins[tile];
-    bin->first_batch = first_batch(blocks, tile);
+    bin->first_batch = blocks->first_batches[tile];
     bin_batch *const batches = bins->batches + bin->first_batch;
     bin->opaque_count = add_batches(info, blocks, tile, true, depths, batches);
     bin->transparent_count = add_batches(info, blocks, tile, false, depths, batches + bin->opaque_count);

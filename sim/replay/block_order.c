@@ -14,6 +14,7 @@ void block_order_free(block_order *order)
     free(order->places);
     free(order->batches);
     free(order->starts);
+    free(order->first_batches);
     *order = (block_order){0};
 }
 
@@ -66,9 +67,12 @@ bool block_order_make(const stamp_chunk *chunk, uint32_t tile_count, block_order
     order->places = malloc(((size_t)chunk->count + 1) * sizeof *order->places);
     order->batches = malloc(((size_t)chunk->place_count / TILE_LANES + 1) * sizeof *order->batches);
     order->starts = calloc((size_t)tile_count + 2, sizeof *order->starts);
-    if (!order->stamps || !order->places || !order->batches || !order->starts)
+    order->first_batches = malloc(((size_t)tile_count + 1) * sizeof *order->first_batches);
+    if (!order->stamps || !order->places || !order->batches || !order->starts || !order->first_batches)
         return false;
     sort(chunk, tile_count, order);
     make_batches(chunk, order);
+    for (uint32_t t = 0; t <= tile_count; t++)
+        order->first_batches[t] = order->starts[t] < chunk->count ? order->stamps[order->starts[t]].batch : order->batch_count;
     return true;
 }

@@ -51,7 +51,7 @@ static block_cursor *cursor_of(arrival *a, uint32_t tile)
 {
     block_cursor *cursor = &a->cursors[tile];
     if (cursor->visit != a->visit)
-        *cursor = (block_cursor){a->visit, a->visited->blocks.starts[tile]};
+        *cursor = (block_cursor){a->visit, a->visited->blocks.starts[tile], 0};
     return cursor;
 }
 
@@ -186,17 +186,20 @@ static void run_batch(arrival *a, uint32_t tile, const tile_plane *planes, const
 }
 
 // Those batches that may write, by the function level's log or else by ranges of depths.
-static void run_batches(arrival *a, uint32_t tile, uint32_t first, uint32_t end, past_writes *writes)
+static void run_batches(arrival *a, uint32_t tile, block_cursor *cursor, uint32_t end, past_writes *writes)
 {
     const block_order *blocks = &a->visited->blocks;
     const kernel_use *use = &a->uses[a->visit_step->kernel];
     const uint64_t *row = a->writes ? write_log_row(a->writes, tile, a->draws) : NULL;
-    const uint32_t origin = blocks->stamps[blocks->starts[tile]].batch, last = blocks->stamps[end - 1].batch - origin + 1;
+    const uint32_t origin = blocks->first_batches[tile], last = blocks->stamps[end - 1].batch - origin, first = cursor->next;
+    uint32_t b = row ? write_log_next(row, cursor->batch, last + 1) : cursor->batch;
+    cursor->next = end;
+    cursor->batch = last;
+    if (b > last)
+        return;
     tile_plane planes[PLANE_MAX];
     arrival_planes(a, tile, planes);
-    for (uint32_t b = blocks->stamps[first].batch - origin; b < last; b++) {
-        if (row && (b = write_log_next(row, b, last)) == last)
-            return;
+    for (; b <= last; b = row ? write_log_next(row, b + 1, last + 1) : b + 1) {
         const block_batch *batch = &blocks->batches[origin + b];
         const uint64_t lanes = lanes_among(a, batch, first, end);
         if (lanes && draws_class(a, a->visit_step, batch->draw) && (row || !fails(a, use, block_limits(a, tile), batch, tile)))
@@ -211,7 +214,7 @@ void skip_until(arrival *a, uint32_t tile, uint32_t first, uint32_t next)
     block_cursor *cursor = cursor_of(a, tile);
     past_writes writes = {0};
     if (first > cursor->next)
-        run_batches(a, tile, cursor->next, first, &writes);
+        run_batches(a, tile, cursor, first, &writes);
     cursor->next = next > cursor->next ? next : cursor->next;
     if (writes.planes)
         a->sink->skip(a->sink->user, tile, writes.planes, writes.lanes, writes.time);

@@ -35,6 +35,7 @@ typedef struct block_order {
     block_stamp *stamps;
     uint32_t *places;       // of each stamp, in order of arrival: where among those it is
     uint32_t *starts;       // of each block, and one past the last one's end
+    uint32_t *first_batches;  // the same of batches
     block_batch *batches;
     uint32_t batch_count;
 } block_order;
