@@ -196,8 +196,8 @@ status kernel_use_find(const program *program, const bound_program *bound, const
 uint32_t quads_of(const arrival *arrival, uint64_t lanes);
 // Lanes for which the depth test would hold.
 uint64_t depth_test_lanes(compare_function function, const uint32_t *codes, const uint32_t *plane, uint64_t lanes);
-// Least and greatest of so many codes of depth.
-depth_range depth_range_of(const uint32_t *codes, uint32_t count);
+// Of a stamp's fragments, in a format that the chunk has codes of.
+depth_range stamp_depths(const stamp_chunk *chunk, const stamp_record *record, format format);
 // Whether no fragment can pass, by their and the block's range.
 bool depth_range_fails(compare_function function, depth_range fragments, depth_range block);
 

@@ -174,13 +174,7 @@ static depth_range batch_depths(const bins *bins, const bin_batch *batch, format
         return (depth_range){0, UINT32_MAX};
     if (!bins->shared)
         return range_of(codes + batch->offset, count_lanes(batch->lanes));
-    depth_range range = {UINT32_MAX, 0};
-    for (uint64_t left = batch->lanes; left; left &= left - 1) {
-        const uint32_t code = codes[batch->offset + (uint64_t)__builtin_ctzll(left)];
-        range.least = code < range.least ? code : range.least;
-        range.most = code > range.most ? code : range.most;
-    }
-    return range;
+    return depth_range_of_lanes(codes + batch->offset, batch->lanes);
 }
 
 // The number of the end that the tests come to.

@@ -42,6 +42,9 @@ enum { COLUMNS_MAX = FORMAT_COUNT + 5 };  // of fragments: codes, rgba, primitiv
 
 // Codes of depth, or other words of a plane; least > most: not known.
 typedef struct depth_range { uint32_t least, most; } depth_range;
+// Least and greatest of so many codes of depth, and of those of the lanes of a batch (stamp_masks.c).
+depth_range depth_range_of(const uint32_t *codes, uint32_t count);
+depth_range depth_range_of_lanes(const uint32_t *codes, uint64_t lanes);
 
 // Batch r of a tile holds the r-th fragment of each sample, so that no sample occurs twice and each sample's
 // fragments keep their order. Its fragments lie together, in order of lanes, from `offset` on.

@@ -115,9 +115,13 @@ void phases_fill(arrival *a, const stamp *stamp)
         a->plan_of_phases.accesses[stamp->accesses[i].unit] += (stamp->accesses[i].read | stamp->accesses[i].written) != 0;
 }
 
-enum { FEW_WAITING = 64 };
-
 static uint64_t waiting_now(const arrival *a) { return a->sink->waiting ? a->sink->waiting(a->sink->user) : 0; }
+
+static bool many_more(uint64_t waiting, uint64_t before)
+{
+    enum { FEW = 64 };
+    return waiting > before + before / 10 + FEW;
+}
 
 // Whether as many stamps wait as a third of the head ago, or a tenth more. Queues that take stamps in not much slower than these come fill late.
 static bool steady(arrival *a)
@@ -126,7 +130,7 @@ static bool steady(arrival *a)
     if (p->at < p->steady_at)
         return p->steady;
     const uint64_t waiting = waiting_now(a);
-    p->steady = p->steady_at && waiting <= p->waiting + p->waiting / 10 + FEW_WAITING;
+    p->steady = p->steady_at && !many_more(waiting, p->waiting);
     p->waiting = waiting;
     p->steady_at = p->at + p->at / 2 + 1;
     return p->steady;
@@ -173,7 +177,7 @@ static bool deeper(arrival *a)
 {
     phase_plan *p = &a->plan_of_phases;
     const uint64_t waiting = waiting_now(a);
-    if (2 * waiting <= p->lead || waiting <= p->waiting + p->waiting / 10 + FEW_WAITING)
+    if (2 * waiting <= p->lead || !many_more(waiting, p->waiting))
         return false;
     p->waiting = waiting;
     return true;

@@ -220,21 +220,24 @@ void skip_until(arrival *a, uint32_t tile, uint32_t first, uint32_t next)
         a->sink->skip(a->sink->user, tile, writes.planes, writes.lanes, writes.time);
 }
 
+// What came before the stamp at hand, which none from place `end` on did.
+static void catch_up(arrival *a, uint32_t tile, uint32_t end)
+{
+    if (idle(a, tile))
+        return;
+    const uint32_t first = end_of_past(a, cursor_of(a, tile)->next, end);
+    skip_until(a, tile, first, first);
+}
+
 void skip_catch_up(arrival *a, uint32_t tile)
 {
-    if (!a->visited || idle(a, tile))
-        return;
-    const uint32_t first = end_of_past(a, cursor_of(a, tile)->next, a->visited->blocks.starts[tile + 1]);
-    skip_until(a, tile, first, first);
+    if (a->visited)
+        catch_up(a, tile, a->visited->blocks.starts[tile + 1]);
 }
 
 void skip_catch_up_before(arrival *a, uint32_t number)
 {
-    const uint32_t tile = a->visited->records[number].tile;
-    if (idle(a, tile))
-        return;
-    const uint32_t first = end_of_past(a, cursor_of(a, tile)->next, a->visited->blocks.places[number]);
-    skip_until(a, tile, first, first);
+    catch_up(a, a->visited->records[number].tile, a->visited->blocks.places[number]);
 }
 
 status skip_pass_by(arrival *a, uint32_t number)
@@ -276,7 +279,8 @@ status skip_end(arrival *a)
     for (uint32_t tile = 0; tile < a->tiling.tile_count; tile++) {
         if (tile + BLOCKS_AHEAD < a->tiling.tile_count)
             prefetch(a, tile + BLOCKS_AHEAD);
-        skip_until(a, tile, a->visited->blocks.starts[tile + 1], a->visited->blocks.starts[tile + 1]);
+        const uint32_t end = a->visited->blocks.starts[tile + 1];
+        skip_until(a, tile, end, end);
     }
     a->visited = NULL;
     return status;

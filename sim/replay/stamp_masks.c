@@ -42,6 +42,25 @@ depth_range depth_range_of(const uint32_t *codes, uint32_t count)
     return (depth_range){(uint32_t)least, (uint32_t)most};
 }
 
+depth_range depth_range_of_lanes(const uint32_t *codes, uint64_t lanes)
+{
+    if (lanes == UINT64_MAX)
+        return depth_range_of(codes, TILE_LANES);
+    depth_range range = {UINT32_MAX, 0};
+    for (; lanes; lanes &= lanes - 1) {
+        const uint32_t code = codes[__builtin_ctzll(lanes)];
+        range.least = code < range.least ? code : range.least;
+        range.most = code > range.most ? code : range.most;
+    }
+    return range;
+}
+
+depth_range stamp_depths(const stamp_chunk *chunk, const stamp_record *record, format format)
+{
+    const uint32_t *codes = chunk->codes[format] + record->offset;
+    return chunk->by_lanes ? depth_range_of_lanes(codes, record->lanes) : depth_range_of(codes, record->fragments);
+}
+
 bool depth_range_fails(compare_function function, depth_range fragments, depth_range block)
 {
     switch (function) {

@@ -118,24 +118,13 @@ depth_range block_depths(arrival *a, const kernel_use *use, uint32_t tile)
     return block->range;
 }
 
-static depth_range fragment_depths(const stamp_chunk *chunk, const stamp_record *record, format format)
-{
-    depth_range range = {UINT32_MAX, 0};
-    for (uint64_t left = record->lanes; left; left &= left - 1) {
-        const uint32_t code = chunk->codes[format][stamp_place_of(chunk, record, (uint32_t)__builtin_ctzll(left))];
-        range.least = code < range.least ? code : range.least;
-        range.most = code > range.most ? code : range.most;
-    }
-    return range;
-}
-
 bool stamp_discarded(arrival *a, const kernel_use *use, const stamp_chunk *chunk, const stamp_record *record)
 {
     if (!a->options.hierarchical || !use->hierarchical)
         return false;
     const format format = use->depth_plane >= 0 ? bound_plane_format(a->bound, use->depth_plane) : a->machine->depth_format;
     const depth_range known = {record->nearest, record->farthest};
-    const depth_range range = format == a->machine->depth_format ? known : fragment_depths(chunk, record, format);
+    const depth_range range = format == a->machine->depth_format ? known : stamp_depths(chunk, record, format);
     return depth_range_fails(use->depth_function, range, block_depths(a, use, record->tile));
 }
 

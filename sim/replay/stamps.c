@@ -33,7 +33,6 @@ typedef struct stamp_pending {
     uint32_t count, capacity;
     uint32_t draw, primitive;
     uint32_t stamp;           // of the last fragment: the next one's block is the same most of the time
-    uint64_t *offsets;        // of each stamp
     uint32_t *regions_seen;   // of each region: stamp of the primitive that was counted there last
     uint32_t primitive_number;
     open_batch *open;         // of each block; NULL: columns are not by lanes
@@ -99,8 +98,8 @@ static void put_records(const stamps *s, stamp_pending *p, stamp_chunk *chunk)
     chunk->last_draw = last && chunk->last_draw > p->draw ? chunk->last_draw : p->draw;
     for (uint32_t i = 0; i < p->tile_count; i++) {
         stamp_record *record = &chunk->records[chunk->count];
-        p->offsets[i] = stamp_chunk_place(chunk, &s->request, p->open ? &p->open[p->tiles[i]] : NULL, p->draw, p->lanes[i]);
-        *record = (stamp_record){.lanes = p->lanes[i], .offset = p->offsets[i], .tile = p->tiles[i], .primitive = p->primitive, .draw = p->draw,
+        const uint64_t offset = stamp_chunk_place(chunk, &s->request, p->open ? &p->open[p->tiles[i]] : NULL, p->draw, p->lanes[i]);
+        *record = (stamp_record){.lanes = p->lanes[i], .offset = offset, .tile = p->tiles[i], .primitive = p->primitive, .draw = p->draw,
                                  .begun = i ? record[-1].begun + record[-1].begins_primitive : begun, .begins_primitive = i == 0, .nearest = UINT32_MAX,
                                  .fragments = (uint8_t)count_lanes(p->lanes[i]), .quads = (uint8_t)count_lanes(quads_of_lanes(p->lanes[i], t->samples, t->tile_width, t->quad_corners))};
         pack_record(p, !chunk->count, record);
@@ -109,28 +108,16 @@ static void put_records(const stamps *s, stamp_pending *p, stamp_chunk *chunk)
     }
 }
 
-// Widens the range of depths of the stamp that got so many fragments at a place.
-static void widen(const uint32_t *codes, uint32_t count, stamp_record *record)
-{
-    for (uint32_t i = 0; i < count; i++) {
-        record->nearest = codes[i] < record->nearest ? codes[i] : record->nearest;
-        record->farthest = codes[i] > record->farthest ? codes[i] : record->farthest;
-    }
-}
-
 static void put_fragments(const stamps *s, const stamp_pending *p, const word_columns *columns, uint32_t begin, stamp_chunk *chunk)
 {
-    const uint32_t *codes = chunk->codes[s->request.range_format];
     stamp_record *records = chunk->records + chunk->count - p->tile_count;
     for (uint32_t i = 0; i < p->count; i++) {
         const pending_run *run = &p->runs[i];
-        const uint64_t to = stamp_place_of(chunk, &records[run->stamp], run->lane);
-        word_columns_copy(columns, begin + run->first, to, run->count);
-        if (codes && chunk->by_lanes)
-            widen(codes + to, run->count, &records[run->stamp]);
+        word_columns_copy(columns, begin + run->first, stamp_place_of(chunk, &records[run->stamp], run->lane), run->count);
     }
-    for (stamp_record *record = records; codes && !chunk->by_lanes && record < records + p->tile_count; record++) {
-        const depth_range range = depth_range_of(codes + record->offset, record->fragments);
+    const bool ranges = chunk->codes[s->request.range_format];
+    for (stamp_record *record = records; ranges && record < records + p->tile_count; record++) {
+        const depth_range range = stamp_depths(chunk, record, s->request.range_format);
         record->nearest = range.least;
         record->farthest = range.most;
     }
@@ -222,8 +209,7 @@ static bool find_stamp(stamps *s, const fragments *run, uint32_t i, uint32_t til
     if (!p->stamp_of_tile[tile]) {
         if (p->tile_count == p->tile_capacity) {
             const uint64_t capacity = p->tile_capacity ? 2 * (uint64_t)p->tile_capacity : 64;
-            if (!array_reserve(&p->tiles, capacity, sizeof *p->tiles) || !array_reserve(&p->lanes, capacity, sizeof *p->lanes) ||
-                !array_reserve(&p->offsets, capacity, sizeof *p->offsets))
+            if (!array_reserve(&p->tiles, capacity, sizeof *p->tiles) || !array_reserve(&p->lanes, capacity, sizeof *p->lanes))
                 return false;
             p->tile_capacity = (uint32_t)capacity;
         }
@@ -449,7 +435,6 @@ void stamps_destroy(stamps *s)
         free(s->pending->stamp_of_tile);
         free(s->pending->tiles);
         free(s->pending->lanes);
-        free(s->pending->offsets);
         free(s->pending->runs);
         for (int c = 0; c < COLUMNS_MAX; c++)
             free(s->pending->kept[c]);
